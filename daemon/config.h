@@ -1,0 +1,45 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* What a scene file becomes: the constant scene, its models, and what only the daemon needs to know
+ * (rate, device profile, tool ids on the wire). */
+#ifndef SHCDD_CONFIG_H
+#define SHCDD_CONFIG_H
+
+#include "shcd/shcd.h"
+
+#include <stdbool.h>
+
+/** Caps of a haptic device; the output chain obeys them, and a scene that asks for more stiffness
+ *  or damping than the device renders is refused. */
+typedef struct device_profile {
+    const char *name;
+    double force_max_n;
+    double torque_max_n_m;
+    double slew_max_n_per_s;
+    double stiffness_max_n_per_m;
+} device_profile;
+
+/** Known devices, ended by a null name; the first is the default. */
+extern const device_profile device_profiles[];
+
+typedef struct daemon_config {
+    double rate_hz;
+    const device_profile *device;
+    size_t n_models;
+    shcd_model *models[SHCD_BODIES_MAX]; /**< owned, in body order */
+    shcd_pose body_in_world[SHCD_BODIES_MAX];
+    int32_t tool_ids[SHCD_TOOLS_MAX]; /**< wire id of each tool of the scene, 0 .. 255, unique */
+    shcd_scene *scene;                /**< owned; knows names and counts */
+} daemon_config;
+
+/** Reads a scene file (YAML, at most 1 MiB). On failure `config` is untouched and `error` holds one
+ *  line, "FILE:LINE:COLUMN: KEY: what is wrong and what would be right". Relative model paths start
+ *  at the scene file's folder. */
+bool config_load(const char *path, daemon_config *config, char *error, size_t error_size);
+
+/** The scene used without an argument: an ellipsoid made from coefficients, one point tool (id 0)
+ *  and one sphere tool (id 1). */
+bool config_built_in(daemon_config *config, char *error, size_t error_size);
+
+void config_free(daemon_config *config);
+
+#endif

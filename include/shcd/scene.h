@@ -1,0 +1,190 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/** @file
+ *  Scene (constant), state (mutable, one relocatable block) and the tick.
+ *
+ *  scene = bodies, tools, the effects each body calls for, and all capacities. state = what changes
+ *  from tick to tick, without pointers: a snapshot is a memcpy, a replay is bit-exact.
+ *  shcd_step(scene, state, input, output) is the tick.
+ */
+#ifndef SHCD_SCENE_H
+#define SHCD_SCENE_H
+
+#include "shcd/model.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define SHCD_BODIES_MAX 64
+#define SHCD_TOOLS_MAX 16
+
+typedef struct shcd_scene shcd_scene;
+typedef struct shcd_state shcd_state;
+
+/* ---- effects: the static table ------------------------------------------------------------- */
+
+typedef struct shcd_parameter_info {
+    const char *name; /**< with its unit as suffix, e.g. "k_n_per_m" */
+    const char *unit; /**< SI, e.g. "N/m"; "1" if dimensionless */
+    double default_value;
+    double min_value; /**< inclusive */
+    double max_value; /**< inclusive */
+    const char *description;
+} shcd_parameter_info;
+
+typedef struct shcd_effect_info {
+    const char *name; /**< the key in a scene file, e.g. "stiffness" */
+    const char *description;
+    const char *source; /**< of its formula */
+    size_t n_parameters;
+    const shcd_parameter_info *parameters;
+} shcd_effect_info;
+
+/** The effects that this library knows, in the order in which a tick applies them; NULL past the
+ *  end. Static data. RT safe. */
+SHCD_API SHCD_RT const shcd_effect_info *shcd_effect_at(size_t index);
+
+/* ---- definition ----------------------------------------------------------------------------- */
+
+typedef struct shcd_parameter_value {
+    const char *name;
+    double value;
+} shcd_parameter_value;
+
+/** One effect that a body calls for; parameters not named take their defaults. */
+typedef struct shcd_effect_def {
+    const char *name;
+    const shcd_parameter_value *parameters;
+    size_t n_parameters;
+} shcd_effect_def;
+
+/** Start from SHCD_BODY_DEF_INIT. In an array the stride is the first element's struct_size. */
+typedef struct shcd_body_def {
+    size_t struct_size;
+    const char *name;        /**< unique in the scene, 1 to 63 bytes */
+    const shcd_model *model; /**< borrowed: it must outlive the scene */
+    shcd_pose body_in_world;
+    const shcd_effect_def *effects;
+    size_t n_effects;
+} shcd_body_def;
+#define SHCD_BODY_DEF_INIT                                                                         \
+    { sizeof(shcd_body_def), NULL, NULL, {{0.0, 0.0, 0.0}, {1.0, 0.0, 0.0, 0.0}}, NULL, 0 }
+
+typedef enum shcd_tool_kind { SHCD_TOOL_POINT = 0, SHCD_TOOL_SPHERE = 1 } shcd_tool_kind;
+
+/** Start from SHCD_TOOL_DEF_INIT. In an array the stride is the first element's struct_size. */
+typedef struct shcd_tool_def {
+    size_t struct_size;
+    const char *name; /**< unique in the scene, 1 to 63 bytes */
+    int32_t kind;     /**< a shcd_tool_kind */
+    int32_t reserved0;
+    double radius_m; /**< sphere: > 0; point: 0 */
+} shcd_tool_def;
+#define SHCD_TOOL_DEF_INIT                                                                         \
+    { sizeof(shcd_tool_def), NULL, 0, 0, 0.0 }
+
+/** Start from SHCD_SCENE_DEF_INIT. */
+typedef struct shcd_scene_def {
+    size_t struct_size;
+    const shcd_body_def *bodies;
+    size_t n_bodies; /**< 0 .. SHCD_BODIES_MAX */
+    const shcd_tool_def *tools;
+    size_t n_tools; /**< 1 .. SHCD_TOOLS_MAX */
+} shcd_scene_def;
+#define SHCD_SCENE_DEF_INIT                                                                        \
+    { sizeof(shcd_scene_def), NULL, 0, NULL, 0 }
+
+/** Checks a definition and builds the constant scene; names, parameters and effects are copied,
+ *  models are borrowed.
+ *  @param[out] scene  untouched on failure
+ *  @return SHCD_OK, SHCD_ERR_ARGUMENT (the message names the body, effect or parameter),
+ *  SHCD_ERR_NOT_FINITE, SHCD_ERR_MEMORY. Not RT safe. */
+SHCD_API SHCD_NODISCARD shcd_status shcd_scene_create(const shcd_scene_def *definition,
+                                                      const shcd_allocator *allocator,
+                                                      shcd_scene **scene, shcd_error *error);
+SHCD_API void shcd_scene_free(shcd_scene *scene);
+
+SHCD_API SHCD_RT size_t shcd_scene_body_count(const shcd_scene *scene);
+SHCD_API SHCD_RT size_t shcd_scene_tool_count(const shcd_scene *scene);
+/** NULL if the index is out of range. RT safe. */
+SHCD_API SHCD_RT const char *shcd_scene_body_name(const shcd_scene *scene, size_t body);
+SHCD_API SHCD_RT const char *shcd_scene_tool_name(const shcd_scene *scene, size_t tool);
+
+/* ---- state ---------------------------------------------------------------------------------- */
+
+/** Bytes of state that this scene needs. RT safe. */
+SHCD_API SHCD_RT size_t shcd_state_size(const shcd_scene *scene);
+
+/** Initialises a state in the caller's memory (aligned to 16, at least shcd_state_size() bytes):
+ *  no contact, time zero. Also resets an old one. @return SHCD_OK, SHCD_ERR_ARGUMENT. RT safe. */
+SHCD_API SHCD_RT SHCD_NODISCARD shcd_status shcd_state_init(const shcd_scene *scene, void *memory,
+                                                            size_t size, shcd_state **state);
+
+/* ---- the tick ------------------------------------------------------------------------------- */
+
+typedef enum shcd_tool_input_flag {
+    SHCD_TOOL_INPUT_ACTIVE =
+        1u << 0 /**< without it the tool touches nothing and loses its contacts */
+} shcd_tool_input_flag;
+
+/** Frozen layout. */
+typedef struct shcd_tool_input {
+    shcd_pose tool_in_world;
+    shcd_vec3 velocity_m_per_s; /**< of the tool's origin, world frame */
+    uint32_t flags;             /**< shcd_tool_input_flag */
+    uint32_t reserved0;
+} shcd_tool_input;
+
+/** Frozen layout. */
+typedef struct shcd_input {
+    double dt_s;                  /**< time since the last tick, (0, 0.1] */
+    const shcd_tool_input *tools; /**< one for each tool of the scene, in its order */
+    size_t n_tools;
+} shcd_input;
+
+typedef enum shcd_tool_output_flag {
+    SHCD_TOOL_OUTPUT_CONTACT = 1u << 0,   /**< touches at least one body */
+    SHCD_TOOL_OUTPUT_TRUNCATED = 1u << 1, /**< a query reached its cap; its interval is not tight */
+    SHCD_TOOL_OUTPUT_BAD_INPUT =
+        1u << 2, /**< pose or velocity not finite or not a rotation: no force */
+    SHCD_TOOL_OUTPUT_SIGN_UNSURE = 1u << 3 /**< inside or outside unknown: treated as outside */
+} shcd_tool_output_flag;
+
+/** Frozen layout. */
+typedef struct shcd_tool_output {
+    shcd_wrench wrench;     /**< on the tool, world frame; torque about the tool's origin */
+    shcd_vec3 proxy_m;      /**< contact point on the surface of the deepest contact, world; without
+                                 contact the closest point of the nearest body */
+    shcd_vec3 normal;       /**< outward unit normal there, world */
+    double penetration_m;   /**< of the deepest contact, >= 0; 0 without contact [m] */
+    double distance_m;      /**< signed gap between tool surface and nearest body; negative in
+                                 contact [m]; infinite if the scene has no body */
+    int32_t body;           /**< index of that body; -1: the scene has none */
+    uint32_t flags;         /**< shcd_tool_output_flag */
+    uint32_t n_evaluations; /**< surface evaluations that this tool cost */
+    uint32_t n_patches;     /**< bounds that this tool cost */
+} shcd_tool_output;
+
+/** Frozen layout. */
+typedef struct shcd_output {
+    shcd_tool_output *tools; /**< caller's array, one for each tool of the scene */
+    size_t n_tools;
+} shcd_output;
+
+/** One tick: for each active tool and body find the contact, let the body's effects act, sum the
+ *  wrench.
+ *
+ *  Contact: outside, the certified closest point decides; a tool that has come into contact keeps a
+ *  proxy on the surface, followed by Newton from tick to tick, until it separates there, so that a
+ *  tool pressed past the medial axis is not thrown out on the far side.
+ *
+ *  @return SHCD_OK, or SHCD_ERR_ARGUMENT (null, wrong counts, dt_s out of range; then nothing is
+ *  written). Bad tool values are flagged per tool and give no force. RT safe. Deterministic: the
+ *  same scene, state and input give the same bits. */
+SHCD_API SHCD_RT SHCD_NODISCARD shcd_status shcd_step(const shcd_scene *scene, shcd_state *state,
+                                                      const shcd_input *input, shcd_output *output);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,14 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/** @file
+ *  Umbrella of the run-time library. The offline part is separate: shcd/fit.h.
+ */
+#ifndef SHCD_SHCD_H
+#define SHCD_SHCD_H
+
+#include "shcd/base.h"
+#include "shcd/model.h"
+#include "shcd/query.h"
+#include "shcd/scene.h"
+#include "shcd/vec.h"
+
+#endif
