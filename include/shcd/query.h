@@ -23,15 +23,15 @@ typedef enum shcd_tier {
 typedef enum shcd_proximity_flag {
     /** A cap was reached before the interval met the tolerance; [lower, upper] is still true. */
     SHCD_PROXIMITY_TRUNCATED = 1u << 0,
-    /** Inside or outside could not be decided: distance is given as positive, and the interval
-     *  covers both signs. */
+    /** Inside or outside is not proven: the distance carries the sign seen at the closest point
+     * found, and the interval covers both signs. Always so within the tolerance of the surface. */
     SHCD_PROXIMITY_SIGN_UNSURE = 1u << 1,
     /** Newton did not reach its stationarity test (singular point, or a flat basin). */
     SHCD_PROXIMITY_NOT_STATIONARY = 1u << 2,
     /** Map tier: neighbouring texels disagree in their crossings; nearest texel used. */
     SHCD_PROXIMITY_MAP_EDGE = 1u << 3,
-    /** Map tier: distance is depth along the ray, the interval is only |d| <= that depth's triangle
-     *  inequality. Always set by the map tier. */
+    /** Map tier, always: distance is depth along the ray. The interval is still one of the true
+     *  distance: its size is at most that to the nearest stored crossing. */
     SHCD_PROXIMITY_RADIAL = 1u << 4
 } shcd_proximity_flag;
 
@@ -52,15 +52,16 @@ typedef struct shcd_proximity {
 /** Options of a query. Start from SHCD_QUERY_OPTIONS_INIT; zero fields mean the defaults. */
 typedef struct shcd_query_options {
     size_t struct_size;
-    int32_t tier;         /**< a shcd_tier; 0: exact */
-    int32_t map_hermite;  /**< map tier: 1: cubic Hermite look-up, 0: bilinear */
-    double tolerance;     /**< upper - lower allowed, relative to max(diagonal, |d|); 0: 1e-9 */
-    uint32_t patches_max; /**< cap of n_patches; 0: SHCD_QUERY_PATCHES_DEFAULT */
-    uint32_t reserved0;
+    int32_t tier;             /**< a shcd_tier; 0: exact */
+    int32_t map_hermite;      /**< map tier: 1: cubic Hermite look-up, 0: bilinear */
+    double tolerance;         /**< upper - lower allowed, relative to max(diagonal, |d|); 0: 1e-9 */
+    uint32_t patches_max;     /**< cap of n_patches; 0: SHCD_QUERY_PATCHES_DEFAULT */
+    uint32_t evaluations_max; /**< cap of n_evaluations; 0: SHCD_QUERY_EVALUATIONS_DEFAULT */
 } shcd_query_options;
 #define SHCD_QUERY_OPTIONS_INIT                                                                    \
     { sizeof(shcd_query_options), 0, 0, 0.0, 0, 0 }
-#define SHCD_QUERY_PATCHES_DEFAULT 100000u
+#define SHCD_QUERY_PATCHES_DEFAULT 400000u
+#define SHCD_QUERY_EVALUATIONS_DEFAULT 100000u
 
 /** Signed distance from a point to the surface, with the closest point and a proven interval.
  *
@@ -73,7 +74,8 @@ typedef struct shcd_query_options {
  *  @param[in]  options  NULL: the defaults
  *  @param[out] out      untouched on failure
  *  @return SHCD_OK, SHCD_ERR_ARGUMENT, SHCD_ERR_NOT_FINITE. A cap that is reached is SHCD_OK with
- *  SHCD_PROXIMITY_TRUNCATED. RT safe: at most patches_max patches.
+ *  SHCD_PROXIMITY_TRUNCATED. RT safe: at most about patches_max bounds and
+ *  evaluations_max evaluations (0.3 to 2 us each at degree 15); a tick sets them lower.
  *
  *  Tier map: the distance is the depth along the ray from the map's centre through p to the nearest
  *  crossing; its sign is right where the texels agree, its size is *not* the distance (rms 1-6 % of

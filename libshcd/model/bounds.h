@@ -1,0 +1,29 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Certified suprema of |S'|, |S''|, |S'''| along great circles, over the sphere and over caps.
+ * Scratch of model creation. */
+#ifndef SHCDI_MODEL_BOUNDS_H
+#define SHCDI_MODEL_BOUNDS_H
+
+#include "base/internal.h"
+
+typedef struct shcdi_bounds {
+    int degree;
+    size_t n_theta, n_phi;
+    double covering; /**< every direction lies within this angle of a node */
+    double sup[3];   /**< over the whole sphere, orders 1, 2, 3 */
+    float *sample;   /**< n_theta n_phi nodes, 3 each, rounded up */
+} shcdi_bounds;
+
+/** Samples the derivatives of a series; 3 (degree+1)^2 coefficients in the public order.
+ *  @return SHCD_OK or SHCD_ERR_MEMORY. */
+shcd_status shcdi_bounds_create(int degree, const double *coefficients,
+                                const shcd_allocator *allocator, shcdi_bounds *bounds);
+void shcdi_bounds_free(shcdi_bounds *bounds, const shcd_allocator *allocator);
+
+/** Suprema over all points of the cap and all great circles through them. */
+void shcdi_bounds_cap(const shcdi_bounds *bounds, shcd_vec3 centre, double angle, double sup[3]);
+
+/** Covering angle of a grid theta_j = (j + 1/2) pi/n, phi_k = pi k/n. */
+double shcdi_grid_covering(size_t n_theta);
+
+#endif

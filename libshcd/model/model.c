@@ -1,0 +1,360 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Creation and inspection of the constant model. */
+#include "model/model.h"
+
+#include "base/harmonics.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#define PI 3.14159265358979324
+/* Up to this degree the enclosure offsets are sampled; beyond, the coefficient bound is used, since
+ * sampling every degree on a fine enough grid would take longer than everything else together. */
+#define ENCLOSURE_SAMPLED_DEGREE 40
+
+static void *take(const shcd_allocator *allocator, size_t count, size_t size) {
+    return allocator->allocate(count * size, allocator->user);
+}
+
+static void give(const shcd_allocator *allocator, void *memory) {
+    if (memory != NULL) {
+        allocator->release(memory, allocator->user);
+    }
+}
+
+/* sup over w of |sum over degree l of c_i Y_i(w)| <= |D_l| sqrt((2l+1)/(4 pi)) by the addition
+ * theorem and Cauchy-Schwarz, D_l the 3 x (2l+1) block; the Frobenius norm bounds the spectral one.
+ */
+static double degree_bound(const double *coefficients, int l) {
+    double sum = 0.0;
+    for (size_t i = 3 * SHCD_INDEX(l, -l); i <= 3 * SHCD_INDEX(l, l) + 2; i++) {
+        sum += coefficients[i] * coefficients[i];
+    }
+    return sqrt(sum * (2.0 * l + 1.0) / (4.0 * PI)) * (1.0 + 1e-12);
+}
+
+/* Rounding of an evaluated S: each degree's part is a sum of products whose recurrence in z
+ * amplifies the rounding of z by the derivative of Y, at most l(l+1)/2 at the pole, and of the
+ * running sums by a small constant (first-order analysis; 2.2e-16 is the rounding unit of one
+ * operation, doubled). */
+static double evaluation_error(const double *coefficients, int degree) {
+    double sum = 0.0;
+    for (int l = 0; l <= degree; l++) {
+        sum += (l * (l + 1.0) + 20.0) * degree_bound(coefficients, l);
+    }
+    return 2.2e-16 * sum;
+}
+
+/* ---- enclosure offsets ---- */
+
+/* Raises tail[d] to |sum over l > d of degree l's part at w|. part: 3 (degree+1) doubles. */
+static void raise_tails(const shcd_model *model, shcd_vec3 w, double *part, double *tail) {
+    const int top = model->degree;
+    const double *r = model->recurrence, *c = model->packed;
+    const double *diagonal = r + 2 * shcdi_pair_count(top);
+    double cm = 1.0, sm = 0.0;
+    memset(part, 0, 3 * ((size_t)top + 1) * sizeof *part);
+    for (int m = 0; m <= top; m++) {
+        double q = diagonal[m], q1 = 0.0;
+        for (int l = m; l <= top; l++, r += 2, c += 6) {
+            if (l > m) {
+                const double next = r[0] * (w.z * q - r[1] * q1);
+                q1 = q;
+                q = next;
+            }
+            for (int k = 0; k < 3; k++) {
+                part[3 * l + k] += q * (c[k] * cm + c[k + 3] * sm);
+            }
+        }
+        const double next = w.x * cm - w.y * sm;
+        sm = w.x * sm + w.y * cm;
+        cm = next;
+    }
+    double s[3] = {0.0, 0.0, 0.0};
+    for (int d = top - 1; d >= 0; d--) {
+        for (int k = 0; k < 3; k++) {
+            s[k] += part[3 * (d + 1) + k];
+        }
+        tail[d] = shcdi_max(tail[d], sqrt(s[0] * s[0] + s[1] * s[1] + s[2] * s[2]));
+    }
+}
+
+/* S - S_d is a vector-valued trigonometric polynomial of degree L along every great circle, so its
+ * supremum is at most its maximum over nodes with covering angle delta, over cos(L delta)
+ * (Bernstein; see bounds.c). */
+static shcd_status fill_enclosure(shcd_model *model) {
+    const int degree = model->degree;
+    double *tail = model->enclosure;
+    memset(tail, 0, ((size_t)degree + 1) * sizeof *tail);
+    if (degree > ENCLOSURE_SAMPLED_DEGREE) {
+        for (int d = degree - 1; d >= 0; d--) {
+            tail[d] = tail[d + 1] + degree_bound(model->coefficients, d + 1);
+        }
+        return SHCD_OK;
+    }
+    double *part = take(&model->allocator, 3 * ((size_t)degree + 1), sizeof *part);
+    if (part == NULL) {
+        return SHCD_ERR_MEMORY;
+    }
+    const size_t n = 8 + 4 * (size_t)degree; /* L delta <= 0.56 */
+    for (size_t j = 0; j < n; j++) {
+        const double theta = ((double)j + 0.5) * PI / (double)n;
+        for (size_t k = 0; k < 2 * n; k++) {
+            const double phi = (double)k * PI / (double)n;
+            const shcd_vec3 w = {sin(theta) * cos(phi), sin(theta) * sin(phi), cos(theta)};
+            raise_tails(model, w, part, tail);
+        }
+    }
+    const double factor = (1.0 + 1e-9) / cos(degree * shcdi_grid_covering(n));
+    for (int d = 0; d < degree; d++) {
+        tail[d] = tail[d] * factor + model->evaluation_error_m;
+    }
+    give(&model->allocator, part);
+    return SHCD_OK;
+}
+
+/* ---- creation ---- */
+
+static shcd_status check_definition(const shcd_model_def *def, shcd_error *error) {
+    if (def == NULL || def->struct_size < sizeof(shcd_model_def) || def->coefficients == NULL) {
+        return shcdi_fail(error, SHCD_ERR_ARGUMENT,
+                          "model_create: definition, coefficients or struct_size missing");
+    }
+    if (def->degree < 1 || def->degree > SHCD_DEGREE_MAX) {
+        return shcdi_fail(error, SHCD_ERR_ARGUMENT, "model_create: degree %d is not in 1 .. %d",
+                          (int)def->degree, SHCD_DEGREE_MAX);
+    }
+    double largest = 0.0;
+    for (int l = 0; l <= def->degree; l++) {
+        for (int m = -l; m <= l; m++) {
+            for (size_t k = 0; k < 3; k++) {
+                const double c = def->coefficients[3 * SHCD_INDEX(l, m) + k];
+                if (!shcdi_is_finite(c)) {
+                    return shcdi_fail(error, SHCD_ERR_NOT_FINITE,
+                                      "model_create: coefficient (l=%d, m=%d) of %c is not finite",
+                                      l, m, "xyz"[k]);
+                }
+                largest = shcdi_max(largest, fabs(c));
+            }
+        }
+    }
+    if (!(largest < 1e10)) {
+        return shcdi_fail(error, SHCD_ERR_GEOMETRY,
+                          "model_create: a coefficient of size %.3g m: bodies reach to 1e9 m",
+                          largest);
+    }
+    return SHCD_OK;
+}
+
+static shcd_status allocate_pieces(shcd_model *model) {
+    const int degree = model->degree;
+    const size_t n_coefficients = 3 * SHCD_COUNT(degree);
+    model->coefficients = take(&model->allocator, n_coefficients, sizeof(double));
+    model->recurrence = take(&model->allocator, shcdi_recurrence_size(degree), sizeof(double));
+    model->packed = take(&model->allocator, 6 * shcdi_pair_count(degree), sizeof(double));
+    model->enclosure = take(&model->allocator, (size_t)degree + 1, sizeof(double));
+    if (model->coefficients == NULL || model->recurrence == NULL || model->packed == NULL ||
+        model->enclosure == NULL) {
+        return SHCD_ERR_MEMORY;
+    }
+    return shcdi_tree_create(shcdi_tree_level_for(degree), &model->allocator, &model->tree);
+}
+
+static shcd_status derive_bounds(shcd_model *model) {
+    shcdi_bounds bounds;
+    const shcd_status status =
+        shcdi_bounds_create(model->degree, model->coefficients, &model->allocator, &bounds);
+    if (status != SHCD_OK) {
+        return status;
+    }
+    shcdi_tree_fill(&model->tree, &model->series, &bounds, model->evaluation_error_m);
+    memcpy(model->m, bounds.sup, sizeof model->m);
+    shcdi_bounds_free(&bounds, &model->allocator);
+    return SHCD_OK;
+}
+
+static shcd_status check_shape(const shcd_model *model, shcd_error *error) {
+    const double diagonal = model->info.diagonal_m;
+    if (!(diagonal >= 1e-9 && diagonal <= 1e9)) {
+        return shcdi_fail(error, SHCD_ERR_GEOMETRY,
+                          "model_create: the body's diagonal is %.3g m, not in 1e-9 .. 1e9 m",
+                          diagonal);
+    }
+    const double volume = model->info.volume_m3;
+    if (!(fabs(volume) > 1e-12 * diagonal * diagonal * diagonal)) {
+        return shcdi_fail(error, SHCD_ERR_GEOMETRY,
+                          "model_create: the body has no volume (%.3g m^3)", volume);
+    }
+    if (volume < 0.0) {
+        return shcdi_fail(error, SHCD_ERR_GEOMETRY,
+                          "model_create: the surface is inside out (volume %.3g m^3); mirror the "
+                          "parameter sphere (change the sign of all c_lm with m < 0)",
+                          volume);
+    }
+    return SHCD_OK;
+}
+
+static void fill_info(shcd_model *model, const shcd_model_def *def) {
+    shcd_model_info *info = &model->info;
+    const shcdi_tree *tree = &model->tree;
+    info->struct_size = sizeof *info;
+    info->degree = model->degree;
+    info->is_embedded = shcdi_is_embedded(tree);
+    info->embedded_certainty = SHCD_CERTAINTY_SAMPLED;
+    info->max_first_derivative_m = model->m[0];
+    info->max_second_derivative_m = model->m[1];
+    info->max_deviation_m = tree->deviation_max;
+    info->n_leaves = tree->n_leaves;
+    info->run_time_bytes =
+        sizeof *model +
+        (3 * SHCD_COUNT(model->degree) + shcdi_recurrence_size(model->degree) +
+         6 * shcdi_pair_count(model->degree) + (size_t)model->degree + 1) *
+            sizeof(double) +
+        2 * tree->n_vertices * sizeof(shcd_vec3) + tree->n_leaves * sizeof(shcdi_leaf) +
+        shcdi_tree_ball_count(tree->level) * sizeof(shcdi_ball) + shcdi_map_bytes(&model->map);
+    info->map_resolution = model->map.resolution;
+    info->map_crossings_max = model->map.crossings_max;
+    info->map_one_crossing_share = model->map.one_crossing_share;
+    info->map_bilinear_error_m = model->map.linear_error_m;
+    info->map_hermite_error_m = model->map.hermite_error_m;
+    if (def->fit != NULL) {
+        info->fit = *def->fit;
+    }
+}
+
+static shcd_status build(shcd_model *model, const shcd_model_def *def, shcd_error *error) {
+    const int degree = model->degree;
+    shcd_status status = allocate_pieces(model);
+    if (status == SHCD_OK) {
+        memcpy(model->coefficients, def->coefficients, 3 * SHCD_COUNT(degree) * sizeof(double));
+        shcdi_recurrence_fill(degree, model->recurrence);
+        shcdi_pack(degree, model->coefficients, model->packed);
+        model->series = (shcdi_series){degree, model->recurrence, model->packed};
+        model->evaluation_error_m = evaluation_error(model->coefficients, degree);
+        status = derive_bounds(model);
+    }
+    if (status == SHCD_OK) {
+        shcdi_shape_measure(model);
+        status = check_shape(model, error);
+        if (status != SHCD_OK) {
+            return status;
+        }
+        status = shcdi_shape_kernel(model);
+    }
+    if (status == SHCD_OK) {
+        status = fill_enclosure(model);
+    }
+    if (status == SHCD_OK) {
+        status = shcdi_map_create(model);
+    }
+    if (status != SHCD_OK) {
+        return shcdi_fail(error, status, "model_create: %s", shcd_status_string(status));
+    }
+    fill_info(model, def);
+    return SHCD_OK;
+}
+
+shcd_status shcd_model_create(const shcd_model_def *definition, const shcd_allocator *allocator,
+                              shcd_model **model, shcd_error *error) {
+    if (model == NULL) {
+        return shcdi_fail(error, SHCD_ERR_ARGUMENT, "model_create: no place for the model");
+    }
+    shcd_status status = check_definition(definition, error);
+    if (status != SHCD_OK) {
+        return status;
+    }
+    const shcd_allocator memory = shcdi_allocator(allocator);
+    shcd_model *made = memory.allocate(sizeof *made, memory.user);
+    if (made == NULL) {
+        return shcdi_fail(error, SHCD_ERR_MEMORY, "model_create: out of memory");
+    }
+    memset(made, 0, sizeof *made);
+    made->allocator = memory;
+    made->degree = definition->degree;
+    status = build(made, definition, error);
+    if (status != SHCD_OK) {
+        shcd_model_free(made);
+        return status;
+    }
+    *model = made;
+    return SHCD_OK;
+}
+
+void shcd_model_free(shcd_model *model) {
+    if (model == NULL) {
+        return;
+    }
+    const shcd_allocator memory = model->allocator;
+    shcdi_map_free(&model->map, &memory);
+    shcdi_tree_free(&model->tree, &memory);
+    give(&memory, model->enclosure);
+    give(&memory, model->packed);
+    give(&memory, model->recurrence);
+    give(&memory, model->coefficients);
+    give(&memory, model);
+}
+
+/* ---- inspection ---- */
+
+shcd_status shcd_model_describe(const shcd_model *model, shcd_model_info *info) {
+    if (model == NULL || info == NULL || info->struct_size < sizeof info->struct_size) {
+        return SHCD_ERR_ARGUMENT;
+    }
+    const size_t size =
+        info->struct_size < sizeof model->info ? info->struct_size : sizeof model->info;
+    memcpy((char *)info + sizeof(size_t), (const char *)&model->info + sizeof(size_t),
+           size - sizeof(size_t));
+    return SHCD_OK;
+}
+
+int shcd_model_degree(const shcd_model *model) {
+    return model != NULL ? model->degree : -1;
+}
+
+const double *shcd_model_coefficients(const shcd_model *model) {
+    return model != NULL ? model->coefficients : NULL;
+}
+
+shcd_status shcd_model_enclosure_offset(const shcd_model *model, int degree, double *offset_m) {
+    if (model == NULL || offset_m == NULL || degree < 0 || degree > model->degree) {
+        return SHCD_ERR_ARGUMENT;
+    }
+    *offset_m = model->enclosure[degree];
+    return SHCD_OK;
+}
+
+shcd_status shcd_model_surface(const shcd_model *model, int degree, shcd_vec3 parameter,
+                               shcd_vec3 *point, shcd_vec3 *normal, double *jacobian) {
+    if (model == NULL || degree < -1 || degree > model->degree) {
+        return SHCD_ERR_ARGUMENT;
+    }
+    shcd_vec3 w;
+    const shcd_status status = shcdi_direction(parameter, &w);
+    if (status != SHCD_OK) {
+        return status;
+    }
+    const int top = degree == -1 ? model->degree : degree;
+    if (normal == NULL && jacobian == NULL) {
+        if (point != NULL) {
+            *point = shcdi_surface_point(&model->series, top, w);
+        }
+        return SHCD_OK;
+    }
+    shcdi_jet jet;
+    shcdi_surface_jet(&model->series, top, w, &jet);
+    if (point != NULL) {
+        *point = jet.s;
+    }
+    if (normal != NULL) {
+        *normal = shcd_unit(shcd_cross(jet.s1, jet.s2));
+    }
+    if (jacobian != NULL) {
+        const double a[3] = {jet.s1.x, jet.s1.y, jet.s1.z}, b[3] = {jet.s2.x, jet.s2.y, jet.s2.z};
+        for (int k = 0; k < 3; k++) {
+            jacobian[3 * k] = a[k] * jet.t1.x + b[k] * jet.t2.x;
+            jacobian[3 * k + 1] = a[k] * jet.t1.y + b[k] * jet.t2.y;
+            jacobian[3 * k + 2] = a[k] * jet.t1.z + b[k] * jet.t2.z;
+        }
+    }
+    return SHCD_OK;
+}

@@ -1,0 +1,34 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* What a model holds. Immutable after creation. */
+#ifndef SHCDI_MODEL_MODEL_H
+#define SHCDI_MODEL_MODEL_H
+
+#include "model/distance_map.h"
+#include "model/surface.h"
+#include "model/tree.h"
+#include "shcd/model.h"
+
+struct shcd_model {
+    shcd_allocator allocator;
+    int degree;
+    double *coefficients; /**< public order */
+    double *recurrence;
+    double *packed;
+    double *enclosure; /**< degree + 1 certified offsets */
+    shcdi_series series;
+    shcdi_tree tree;
+    shcdi_map map;
+    double m[3];               /**< suprema of |S'|, |S''|, |S'''| over the sphere */
+    double evaluation_error_m; /**< bound of the rounding error of an evaluated S */
+    shcd_model_info info;
+};
+
+/** Fields of info that follow from the tree: box, ball, volume, area. */
+void shcdi_shape_measure(shcd_model *model);
+/** Kernel centre and margin. Needs 4 n_vertices doubles of scratch. @return SHCD_OK or
+ *  SHCD_ERR_MEMORY. */
+shcd_status shcdi_shape_kernel(shcd_model *model);
+/** Whether two leaf triangles cross. */
+int shcdi_is_embedded(const shcdi_tree *tree);
+
+#endif

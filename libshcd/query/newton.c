@@ -1,0 +1,114 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Newton's method for the closest point, on the unit sphere with a tangent frame for each iterate.
+ *
+ * With r = S - p: grad f = (S_1 . r, S_2 . r), Hess f = S_a . S_b + r . S_ab. Angles as parameters
+ * fail at the poles and Gauss-Newton (without r . S_ab) is only linear; near focal points the
+ * Hessian is nearly singular, and indefinite beyond them, so eigenvalues are taken by their
+ * absolute value and kept above a share of |S_1|^2 + |S_2|^2.
+ */
+#include "query/foot.h"
+
+#define STEP_MAX 0.3
+#define LINE_SEARCH_MAX 10
+#define EIGENVALUE_FLOOR 1e-6
+
+void shcdi_foot_at(const shcd_model *model, shcd_vec3 p, shcd_vec3 w, shcdi_foot *foot) {
+    shcdi_jet *j = &foot->jet;
+    foot->w = w;
+    shcdi_surface_jet(&model->series, model->degree, w, j);
+    foot->r = shcd_sub(j->s, p);
+    foot->f = 0.5 * shcd_dot(foot->r, foot->r);
+    foot->distance = shcd_norm(foot->r);
+    foot->g1 = shcd_dot(j->s1, foot->r);
+    foot->g2 = shcd_dot(j->s2, foot->r);
+    foot->h11 = shcd_dot(j->s1, j->s1) + shcd_dot(foot->r, j->s11);
+    foot->h12 = shcd_dot(j->s1, j->s2) + shcd_dot(foot->r, j->s12);
+    foot->h22 = shcd_dot(j->s2, j->s2) + shcd_dot(foot->r, j->s22);
+    const double mean = 0.5 * (foot->h11 + foot->h22);
+    const double half = 0.5 * (foot->h11 - foot->h22);
+    const double root = sqrt(half * half + foot->h12 * foot->h12);
+    foot->high = mean + root;
+    foot->low = mean - root;
+    /* of the two forms of the eigenvector the one without cancellation */
+    const double a = half >= 0.0 ? half + root : foot->h12;
+    const double b = half >= 0.0 ? foot->h12 : root - half;
+    const double n = sqrt(a * a + b * b);
+    foot->e1 = n > 0.0 ? a / n : 1.0;
+    foot->e2 = n > 0.0 ? b / n : 0.0;
+}
+
+/* Newton step in the tangent frame; returns its length before the cap. */
+static double newton_step(const shcdi_foot *foot, double *s1, double *s2) {
+    const shcdi_jet *j = &foot->jet;
+    const double floor_value =
+        EIGENVALUE_FLOOR * (shcd_dot(j->s1, j->s1) + shcd_dot(j->s2, j->s2)) + 1e-300;
+    const double high = shcdi_max(fabs(foot->high), floor_value);
+    const double low = shcdi_max(fabs(foot->low), floor_value);
+    const double a = -(foot->g1 * foot->e1 + foot->g2 * foot->e2) / high;
+    const double b = -(foot->g2 * foot->e1 - foot->g1 * foot->e2) / low;
+    *s1 = a * foot->e1 - b * foot->e2;
+    *s2 = a * foot->e2 + b * foot->e1;
+    return sqrt(a * a + b * b);
+}
+
+static shcd_vec3 move(const shcdi_foot *foot, double s1, double s2) {
+    return shcd_unit(shcd_mul_add(shcd_mul_add(foot->w, s1, foot->jet.t1), s2, foot->jet.t2));
+}
+
+int shcdi_newton(const shcd_model *model, shcd_vec3 p, int steps_max, shcdi_foot *foot,
+                 uint32_t *n_steps, uint32_t *n_evaluations) {
+    /* |S'| times a step below this moves the foot by less than S is evaluated to */
+    const double still =
+        1e-15 + 0.5 * model->evaluation_error_m / (model->m[0] > 0.0 ? model->m[0] : 1.0);
+    for (int step = 0; step < steps_max; step++) {
+        double s1, s2;
+        const double length = newton_step(foot, &s1, &s2);
+        if (!(length > still)) {
+            return 1;
+        }
+        /* what rounding makes of f, through r */
+        const double noise = foot->distance * (8.0 * model->evaluation_error_m +
+                                               1e-15 * (foot->distance + shcd_norm(p)));
+        const double g2 = foot->g1 * foot->g1 + foot->g2 * foot->g2;
+        const int is_last = 0.5 * fabs(foot->g1 * s1 + foot->g2 * s2) <= noise;
+        double t = length > STEP_MAX ? STEP_MAX / length : 1.0;
+        shcdi_foot next;
+        int accepted = 0;
+        for (int i = 0; i < LINE_SEARCH_MAX && !accepted; i++) {
+            shcdi_foot_at(model, p, move(foot, t * s1, t * s2), &next);
+            ++*n_evaluations;
+            /* below the noise of f the gradient tells whether the step is good: it fixes the foot
+             * to twice as many digits as f does */
+            accepted = next.f < foot->f || (next.f <= foot->f + noise &&
+                                            next.g1 * next.g1 + next.g2 * next.g2 < 0.25 * g2);
+            if (!accepted && is_last) {
+                return 1;
+            }
+            t *= 0.35;
+        }
+        ++*n_steps;
+        if (!accepted) {
+            return 0;
+        }
+        *foot = next;
+    }
+    return 0;
+}
+
+/* min over |s| <= radius of g s + h s^2/2 */
+static double parabola_lower(double g, double h, double radius) {
+    const double a = fabs(g);
+    if (h > 0.0 && a < h * radius) {
+        return -a * a / (2.0 * h);
+    }
+    return -a * radius + 0.5 * h * radius * radius;
+}
+
+double shcdi_foot_lower(const shcdi_foot *foot, double radius, double third) {
+    /* Taylor along the great circle to any point of the cap; the disc |s| <= radius lies in the
+     * square of the eigenvectors, over which the quadratic form separates */
+    const double gh = foot->g1 * foot->e1 + foot->g2 * foot->e2;
+    const double gl = foot->g2 * foot->e1 - foot->g1 * foot->e2;
+    return foot->f + parabola_lower(gh, foot->high, radius) +
+           parabola_lower(gl, foot->low, radius) - third * radius * radius * radius / 6.0;
+}

@@ -1,0 +1,116 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Geometry of patches. */
+#include "query/patch.h"
+
+typedef struct nearest {
+    double d2;
+    double b[3];
+} nearest;
+
+static void try_edge(shcd_vec3 p, const shcd_vec3 x[3], int i, int k, nearest *best) {
+    const shcd_vec3 e = shcd_sub(x[k], x[i]), q = shcd_sub(p, x[i]);
+    const double ee = shcd_dot(e, e);
+    double t = ee > 0.0 ? shcd_dot(q, e) / ee : 0.0;
+    t = t < 0.0 ? 0.0 : t > 1.0 ? 1.0 : t;
+    const shcd_vec3 d = shcd_mul_add(q, -t, e);
+    const double d2 = shcd_dot(d, d);
+    if (d2 < best->d2) {
+        best->d2 = d2;
+        best->b[0] = best->b[1] = best->b[2] = 0.0;
+        best->b[i] = 1.0 - t;
+        best->b[k] = t;
+    }
+}
+
+double shcdi_triangle_distance(shcd_vec3 p, const shcd_vec3 x[3], double b[3]) {
+    const shcd_vec3 e1 = shcd_sub(x[1], x[0]), e2 = shcd_sub(x[2], x[0]), q = shcd_sub(p, x[0]);
+    const shcd_vec3 n = shcd_cross(e1, e2);
+    const double nn = shcd_dot(n, n);
+    if (nn > 0.0) {
+        const double b1 = shcd_dot(shcd_cross(q, e2), n) / nn;
+        const double b2 = shcd_dot(shcd_cross(e1, q), n) / nn;
+        if (b1 >= 0.0 && b2 >= 0.0 && b1 + b2 <= 1.0) {
+            b[0] = 1.0 - b1 - b2;
+            b[1] = b1;
+            b[2] = b2;
+            return fabs(shcd_dot(q, n)) / sqrt(nn);
+        }
+    }
+    nearest best = {HUGE_VAL, {1.0, 0.0, 0.0}};
+    try_edge(p, x, 0, 1, &best);
+    try_edge(p, x, 1, 2, &best);
+    try_edge(p, x, 2, 0, &best);
+    for (int i = 0; i < 3; i++) {
+        b[i] = best.b[i];
+    }
+    return sqrt(best.d2);
+}
+
+void shcdi_patch_of_leaf(const shcdi_tree *tree, size_t leaf, shcdi_patch *patch) {
+    for (int i = 0; i < 3; i++) {
+        const uint32_t v = tree->leaf[leaf].vertex[i];
+        patch->w[i] = tree->direction[v];
+        patch->x[i] = tree->position[v];
+    }
+}
+
+void shcdi_patch_split(const shcd_model *model, const shcdi_patch *patch, shcdi_patch child[4]) {
+    for (int i = 0; i < 3; i++) {
+        const int k = (i + 1) % 3;
+        const shcd_vec3 w = shcd_unit(shcd_add(patch->w[i], patch->w[k]));
+        child[3].w[i] = w;
+        child[3].x[i] = shcdi_surface_point(&model->series, model->degree, w);
+    }
+    for (int i = 0; i < 3; i++) {
+        const int next = (i + 1) % 3, before = (i + 2) % 3;
+        child[i].w[i] = patch->w[i];
+        child[i].x[i] = patch->x[i];
+        child[i].w[next] = child[3].w[i];
+        child[i].x[next] = child[3].x[i];
+        child[i].w[before] = child[3].w[before];
+        child[i].x[before] = child[3].x[before];
+    }
+}
+
+shcd_vec3 shcdi_patch_centre(const shcdi_patch *patch, double *angle) {
+    const shcd_vec3 c = shcd_unit(shcd_add(patch->w[0], shcd_add(patch->w[1], patch->w[2])));
+    double chord2 = 0.0;
+    for (int i = 0; i < 3; i++) {
+        const shcd_vec3 d = shcd_sub(patch->w[i], c);
+        chord2 = shcdi_max(chord2, shcd_dot(d, d));
+    }
+    /* a cap below a half-sphere is convex, so it holds the patch if it holds the corners */
+    *angle = shcdi_angle_upper(sqrt(chord2));
+    return c;
+}
+
+/* Descends with the midpoints that the tree was built from. */
+size_t shcdi_leaf_of(const shcdi_tree *tree, shcd_vec3 w) {
+    const double s[3] = {w.x < 0.0 ? -1.0 : 1.0, w.y < 0.0 ? -1.0 : 1.0, w.z < 0.0 ? -1.0 : 1.0};
+    size_t node = (w.x < 0.0 ? 1u : 0u) | (w.y < 0.0 ? 2u : 0u) | (w.z < 0.0 ? 4u : 0u);
+    const shcd_vec3 axis[3] = {{s[0], 0.0, 0.0}, {0.0, s[1], 0.0}, {0.0, 0.0, s[2]}};
+    const int even = s[0] * s[1] * s[2] > 0.0;
+    shcd_vec3 c[3] = {axis[0], axis[even ? 1 : 2], axis[even ? 2 : 1]};
+    for (int level = 0; level < tree->level; level++) {
+        shcd_vec3 mid[3];
+        for (int i = 0; i < 3; i++) {
+            mid[i] = shcd_unit(shcd_add(c[i], c[(i + 1) % 3]));
+        }
+        size_t child = 3;
+        for (size_t i = 0; i < 3; i++) {
+            /* beyond the great circle that cuts corner i off */
+            const shcd_vec3 across = shcd_cross(mid[(i + 2) % 3], mid[i]);
+            if (shcd_dot(across, w) * shcd_dot(across, c[i]) > 0.0) {
+                child = i;
+            }
+        }
+        node = 4 * node + child;
+        for (size_t i = 0; i < 3; i++) {
+            c[i] = child == 3             ? mid[i]
+                   : i == child           ? c[i]
+                   : i == (child + 1) % 3 ? mid[child]
+                                          : mid[(child + 2) % 3];
+        }
+    }
+    return node;
+}
