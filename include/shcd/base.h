@@ -40,6 +40,15 @@ extern "C" {
 /** Highest degree l of a spherical-harmonics series that the library accepts. */
 #define SHCD_DEGREE_MAX 150
 
+/** Initialiser of a structure of which only struct_size is to be set. */
+#ifdef __cplusplus
+#define SHCD_SIZED_INIT(type)                                                                      \
+    { sizeof(type) }
+#else
+#define SHCD_SIZED_INIT(type)                                                                      \
+    { .struct_size = sizeof(type) }
+#endif
+
 typedef struct shcd_vec3 {
     double x, y, z;
 } shcd_vec3;

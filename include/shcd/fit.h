@@ -34,8 +34,7 @@ typedef struct shcd_mesh_report {
     double volume_m3;
     double area_m2;
 } shcd_mesh_report;
-#define SHCD_MESH_REPORT_INIT                                                                      \
-    { sizeof(shcd_mesh_report) }
+#define SHCD_MESH_REPORT_INIT SHCD_SIZED_INIT(shcd_mesh_report)
 
 /** Reads OBJ, PLY, STL or OFF (all submeshes joined), then checks and repairs as
  *  shcd_mesh_create().
@@ -103,8 +102,7 @@ typedef struct shcd_fit_report {
     double time_parameterize_s, time_coefficients_s, time_model_s, time_error_s;
     shcd_fit_record record;
 } shcd_fit_report;
-#define SHCD_FIT_REPORT_INIT                                                                       \
-    { sizeof(shcd_fit_report) }
+#define SHCD_FIT_REPORT_INIT SHCD_SIZED_INIT(shcd_fit_report)
 
 /** Fits a model to a mesh.
  *

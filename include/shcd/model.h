@@ -83,8 +83,7 @@ typedef struct shcd_model_info {
     double map_hermite_error_m;  /**< the same of the cubic Hermite look-up [m] */
     shcd_fit_record fit;
 } shcd_model_info;
-#define SHCD_MODEL_INFO_INIT                                                                       \
-    { sizeof(shcd_model_info) }
+#define SHCD_MODEL_INFO_INIT SHCD_SIZED_INIT(shcd_model_info)
 
 /** Makes a model from coefficients and derives its bounds, query tree and distance map.
  *

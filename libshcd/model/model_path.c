@@ -71,12 +71,19 @@ shcd_status shcd_model_load(const char *path, const shcd_allocator *allocator, s
 }
 
 static shcd_status write_all(const char *path, const void *bytes, size_t size, shcd_error *error) {
+    /* a name of its own beside the target: "x" refuses one that exists */
     char beside[4096];
-    const int length = snprintf(beside, sizeof beside, "%s.part", path);
-    if (length < 0 || (size_t)length >= sizeof beside) {
-        return shcdi_fail(error, SHCD_ERR_ARGUMENT, "model_save: the path is too long");
+    FILE *file = NULL;
+    for (int i = 0; i < 100 && file == NULL; i++) {
+        const int length = snprintf(beside, sizeof beside, "%s.part%d", path, i);
+        if (length < 0 || (size_t)length >= sizeof beside) {
+            return shcdi_fail(error, SHCD_ERR_ARGUMENT, "model_save: the path is too long");
+        }
+        file = fopen(beside, "wbx");
+        if (file == NULL && errno != EEXIST) {
+            break;
+        }
     }
-    FILE *file = fopen(beside, "wb");
     if (file == NULL) {
         return shcdi_fail(error, SHCD_ERR_IO, "%s: %s", path, strerror(errno));
     }

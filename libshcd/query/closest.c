@@ -30,6 +30,7 @@
 #define SURVIVORS_MAX 256
 #define BALLS_MAX 12
 #define NEWTON_STEPS_MAX 24
+#define FAST_STARTS 4
 #define SPLIT_LEVELS_MAX 28 /* a leaf's edge halves to 1e-10 of itself */
 
 typedef struct survivor {
@@ -322,6 +323,39 @@ static void settle_survivors(search *s) {
     }
 }
 
+/* Fast tier: Newton also from the next nearest leaves outside the balls found, a few of them; what
+ * is left only lowers the bound. */
+static void settle_fast(search *s) {
+    for (int round = 1; round < FAST_STARTS; round++) {
+        size_t next = s->n_survivors;
+        for (size_t i = 0; i < s->n_survivors; i++) {
+            shcdi_patch patch;
+            double unused;
+            shcdi_patch_of_leaf(&s->model->tree, s->survivors[i].leaf, &patch);
+            if (s->survivors[i].lower < s->upper - s->tolerance &&
+                !inside_ball(s, &patch, &unused) &&
+                (next == s->n_survivors || s->survivors[i].flat < s->survivors[next].flat)) {
+                next = i;
+            }
+        }
+        if (next == s->n_survivors) {
+            break;
+        }
+        shcdi_patch patch;
+        double unused;
+        shcdi_patch_of_leaf(&s->model->tree, s->survivors[next].leaf, &patch);
+        polish_from(s, shcdi_patch_centre(&patch, &unused));
+        drop(s, s->survivors[next].lower);
+        s->survivors[next] = s->survivors[--s->n_survivors];
+    }
+    for (size_t i = 0; i < s->n_survivors; i++) {
+        shcdi_patch patch;
+        double lower = s->survivors[i].lower, from_ball;
+        shcdi_patch_of_leaf(&s->model->tree, s->survivors[i].leaf, &patch);
+        drop(s, inside_ball(s, &patch, &from_ball) ? shcdi_max(lower, from_ball) : lower);
+    }
+}
+
 /* ---- sign and result ---- */
 
 /* -1 inside, +1 outside. At a regular global foot of an embedded surface p - S is parallel to the
@@ -418,9 +452,7 @@ void shcdi_query_certified(const shcd_model *model, shcd_vec3 p, const shcd_quer
     s.upper = HUGE_VAL;
     polish_from(&s, shcd_unit(start));
     if (!s.is_exact) {
-        for (size_t i = 0; i < s.n_survivors; i++) {
-            drop(&s, s.survivors[i].lower);
-        }
+        settle_fast(&s);
     } else if (s.overflow) {
         s.lower = HUGE_VAL;
         traverse(&s, settle_leaf);

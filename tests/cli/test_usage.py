@@ -1,0 +1,88 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Options, help, version, man page: bad usage is status 2 and one line that points to --help."""
+import os
+import re
+import subprocess
+import unittest
+
+from support import SHCD, CommandTest
+
+COMMANDS = ("fit", "info", "query", "surface", "coefficients", "create")
+
+
+class Usage(CommandTest):
+    def bad(self, pattern, *arguments):
+        result = self.fails(2, pattern, *arguments)
+        self.assertIn("--help'", result.stderr)
+        self.assertEqual(result.stdout, "")
+
+    def test_overview_lists_every_command(self):
+        text = self.done("--help").stdout
+        for command in COMMANDS:
+            self.assertRegex(text, r"(?m)^  %s " % command)
+
+    def test_each_command_has_help_within_eighty_columns(self):
+        for command in COMMANDS:
+            text = self.done(command, "--help").stdout
+            self.assertTrue(text.startswith("usage: shcd %s " % command))
+            for line in text.splitlines()[1:]:
+                self.assertLessEqual(len(line), 80, line)
+
+    def test_version_names_command_and_library(self):
+        self.assertRegex(self.done("--version").stdout, r"^shcd \d+\.\d+\.\d+ \(libshcd \d+\.")
+
+    def test_man_page_names_every_option(self):
+        page = subprocess.run([os.environ["SHCD_MAN_PAGE"]], check=True, stdout=subprocess.PIPE,
+                              text=True).stdout
+        page = page.replace("\\-", "-")
+        for command in COMMANDS:
+            self.assertIn(".SS shcd %s\n" % command, page)
+            for option in re.findall(r"(?m)^  .*(--[a-z-]+)", self.done(command, "-h").stdout):
+                if option != "--help":
+                    self.assertIn("\\fB%s\\fR" % option, page)
+
+    def test_top_level(self):
+        self.bad("no command")
+        self.bad("unknown command 'frobnicate'", "frobnicate")
+        self.bad("unknown command", "--frobnicate")
+
+    def test_options_in_general(self):
+        self.bad("unknown or ambiguous option --frobnicate", "info", "--frobnicate")
+        self.bad("unknown option -z", "info", "-z", "body")
+        self.bad("--json takes no argument", "info", "--json=yes", "body")
+        self.bad("--output needs an argument", "create", "table.csv", "-o")
+        self.bad("unknown or ambiguous option --degre", "fit", "--degre", "3")
+        self.bad("BODY.shcd is missing", "info")
+        self.bad("unexpected operand 'two'", "info", "one", "two")
+
+    def test_values_of_options(self):
+        for degree in ("0", "151", "-1", "3.5", "3x", "", " 3", "99999999999999999999"):
+            self.bad("--degree .*must be 1 to 150", "surface", "b", "-o", "s.obj", "-d", degree)
+        for level in ("-1", "10", "two"):
+            self.bad("--subdivide .*must be 0 to 9", "surface", "b", "-o", "s.obj", "-n", level)
+        for length in ("0", "-1", "nan", "inf", "1e999", "1 mm", "mm", "0x1p3", "1,5", "3ft", ""):
+            self.bad("--tolerance .*not a positive length", "query", "b", "--tolerance", length)
+        for unit in ("0", "-1", "nan", "mile", "1cm", ""):
+            self.bad("--unit .*must be m, cm", "create", "t.csv", "-o", "b", "--unit", unit)
+        self.bad("--tier best: must be map, fast or exact", "query", "b", "--tier", "best")
+        self.bad("no meaning with --tier map", "query", "b", "--tier", "map", "--tolerance", "1")
+
+    def test_missing_output(self):
+        self.bad("-o BODY.shcd is missing", "create", "table.csv")
+        self.bad("-o BODY.shcd is missing", "create", "table.csv", "-o", "-")
+        self.bad("-o OUT.obj", "surface", "body")
+        self.bad("must end in .obj or .ply", "surface", "body", "-o", "surface.stl")
+
+    def test_messages_stay_one_line(self):
+        self.fails(1, r"no\?such", "info", "no\nsuch")
+
+    def test_full_device_is_a_failure(self):
+        with open("/dev/full", "w") as full:
+            result = subprocess.run([SHCD, "--help"], stdout=full, stderr=subprocess.PIPE,
+                                    text=True)
+        self.assertEqual(result.returncode, 1)
+        self.assertRegex(result.stderr, "^shcd: standard output: cannot write: .*\n$")
+
+
+if __name__ == "__main__":
+    unittest.main()

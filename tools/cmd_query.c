@@ -1,0 +1,162 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* `shcd query`: points in, signed distances out, row by row in constant memory. */
+#include "arguments.h"
+#include "body.h"
+#include "commands.h"
+#include "csv.h"
+#include "number.h"
+#include "report.h"
+
+#include "shcd/query.h"
+#include "shcd/vec.h"
+
+#include <math.h>
+#include <stddef.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+typedef struct flag_name {
+    uint32_t flag;
+    const char *name;
+} flag_name;
+
+static const flag_name flag_names[] = {{SHCD_PROXIMITY_TRUNCATED, "truncated"},
+                                       {SHCD_PROXIMITY_SIGN_UNSURE, "sign_unsure"},
+                                       {SHCD_PROXIMITY_NOT_STATIONARY, "not_stationary"},
+                                       {SHCD_PROXIMITY_MAP_EDGE, "map_edge"},
+                                       {SHCD_PROXIMITY_RADIAL, "radial"}};
+
+typedef struct query_request {
+    const char *path;
+    int tier;
+    double tolerance_m; /**< 0: the library's default */
+} query_request;
+
+/* Returns an exit status, or -1 if the command is to go on. */
+static int parse_request(int argc, char **argv, query_request *request) {
+    arguments a;
+    int key;
+    arguments_begin(&a, argc, argv);
+    while ((key = arguments_next(&a)) > 0) {
+        if (key == OPTION_TOLERANCE) {
+            if (!number_parse_length(a.value, &request->tolerance_m)) {
+                return report_usage("--tolerance %s: is not a positive length", a.value);
+            }
+        } else if (strcmp(a.value, "exact") == 0) {
+            request->tier = SHCD_TIER_EXACT;
+        } else if (strcmp(a.value, "fast") == 0) {
+            request->tier = SHCD_TIER_FAST;
+        } else if (strcmp(a.value, "map") == 0) {
+            request->tier = SHCD_TIER_MAP;
+        } else {
+            return report_usage("--tier %s: must be map, fast or exact", a.value);
+        }
+    }
+    if (key != ARGUMENTS_END) {
+        return arguments_status(key);
+    }
+    if (request->tier == SHCD_TIER_MAP && request->tolerance_m > 0.0) {
+        return report_usage("--tolerance has no meaning with --tier map");
+    }
+    request->path = arguments_operand(&a, "BODY.shcd");
+    return request->path != NULL ? -1 : STATUS_USAGE;
+}
+
+/* The library wants upper - lower <= t max(diagonal, |d|). |d| is not known yet, but the surface
+ * lies in the enclosing ball, so |d| <= |p - centre| + radius, and with this bound in the place of
+ * |d| the width stays below the metres asked for. */
+static double relative_tolerance(const shcd_model_info *info, shcd_vec3 p, double tolerance_m) {
+    const double farthest_m = shcd_norm(shcd_sub(p, info->centre_m)) + info->radius_m;
+    const double relative = tolerance_m / fmax(info->diagonal_m, farthest_m);
+    return fmin(relative, 1.0);
+}
+
+static void print_flags(uint32_t flags) {
+    const char *separator = "";
+    for (size_t i = 0; i < sizeof flag_names / sizeof flag_names[0]; i++) {
+        if ((flags & flag_names[i].flag) != 0) {
+            printf("%s%s", separator, flag_names[i].name);
+            separator = "|";
+        }
+    }
+}
+
+static void print_row(shcd_vec3 p, const shcd_proximity *r) {
+    printf("%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,", p.x, p.y, p.z, r->distance_m, r->lower_m,
+           r->upper_m);
+    printf("%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,", r->point_m.x, r->point_m.y, r->point_m.z,
+           r->normal.x, r->normal.y, r->normal.z);
+    print_flags(r->flags);
+    putchar('\n');
+}
+
+/* One row of input; false: reported. */
+static bool answer(const shcd_model *model, const shcd_model_info *info,
+                   const query_request *request, const csv_reader *reader) {
+    double v[3];
+    if (reader->n_fields != 3) {
+        report_failure("%s:%lu: %zu fields instead of x,y,z", reader->name, reader->line,
+                       reader->n_fields);
+        return false;
+    }
+    if (!csv_numbers(reader, 0, 3, v)) {
+        return false;
+    }
+    const shcd_vec3 p = shcd_vec3_make(v[0], v[1], v[2]);
+    shcd_query_options options = SHCD_QUERY_OPTIONS_INIT;
+    options.tier = request->tier;
+    if (request->tolerance_m > 0.0) {
+        options.tolerance = relative_tolerance(info, p, request->tolerance_m);
+    }
+    shcd_proximity result;
+    const shcd_status status = shcd_closest(model, p, &options, &result);
+    if (status != SHCD_OK) {
+        report_failure("%s:%lu: %s", reader->name, reader->line, shcd_status_string(status));
+        return false;
+    }
+    print_row(p, &result);
+    return true;
+}
+
+static int answer_all(const shcd_model *model, const query_request *request) {
+    shcd_model_info info;
+    if (!body_describe(model, &info)) {
+        return STATUS_FAILED;
+    }
+    struct stat status;
+    if (fstat(STDIN_FILENO, &status) != 0 || !S_ISREG(status.st_mode)) {
+        setvbuf(stdout, NULL, _IOLBF, BUFSIZ);
+    }
+    csv_reader reader;
+    csv_begin(&reader, stdin, "stdin");
+    bool first = true;
+    puts("x,y,z,distance,lower,upper,cx,cy,cz,nx,ny,nz,flags");
+    csv_status row;
+    while ((row = csv_next(&reader)) == CSV_ROW) {
+        const bool header = first && csv_is_header(&reader, "x,y,z");
+        first = false;
+        if (!header && !answer(model, &info, request, &reader)) {
+            return STATUS_FAILED;
+        }
+        if (ferror(stdout)) {
+            break; /* main() says why */
+        }
+    }
+    return row == CSV_BAD ? STATUS_FAILED : STATUS_DONE;
+}
+
+int command_query(int argc, char **argv) {
+    query_request request = {NULL, SHCD_TIER_EXACT, 0.0};
+    const int status = parse_request(argc, argv, &request);
+    if (status >= 0) {
+        return status;
+    }
+    shcd_model *model = body_load(request.path);
+    if (model == NULL) {
+        return STATUS_FAILED;
+    }
+    const int result = answer_all(model, &request);
+    shcd_model_free(model);
+    return result;
+}

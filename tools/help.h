@@ -1,0 +1,60 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* What each subcommand takes and does, in one table: option parsing, --help and the man page all
+ * read it, so they cannot disagree. */
+#ifndef SHCD_TOOLS_HELP_H
+#define SHCD_TOOLS_HELP_H
+
+#include <stdio.h>
+
+#define HELP_OPTIONS_MAX 12
+
+/** Values of getopt_long(): a letter is a short option, too. */
+enum option_key {
+    OPTION_HELP = 'h',
+    OPTION_OUTPUT = 'o',
+    OPTION_QUIET = 'q',
+    OPTION_DEGREE = 'd',
+    OPTION_TOLERANCE = 't',
+    OPTION_UNIT = 'u',
+    OPTION_SUBDIVIDE = 'n',
+    OPTION_DEGREE_MAX = 256,
+    OPTION_AREA_WEIGHT,
+    OPTION_JSON,
+    OPTION_TIER,
+    OPTION_COMPLEX
+};
+
+typedef struct option_help {
+    const char *name;
+    int key;              /**< an option_key */
+    const char *argument; /**< NULL: takes none */
+    const char *text;
+} option_help;
+
+/** Texts are paragraphs separated by an empty line; lines that start with two blanks are shown as
+ *  they are. */
+typedef struct command_help {
+    const char *name;
+    const char *synopsis; /**< behind "shcd NAME " */
+    const char *summary;  /**< one line */
+    const char *text;
+    option_help options[HELP_OPTIONS_MAX]; /**< ended by a null name; --help is added to all */
+} command_help;
+
+/** All subcommands, ended by a null name. */
+extern const command_help help_commands[];
+
+extern const option_help help_option_help;
+extern const char help_summary[];
+extern const char help_introduction[];
+extern const char help_exit_status[];
+extern const char help_examples[];
+
+/** NULL if there is no such subcommand. */
+const command_help *help_find(const char *name);
+
+/** `shcd --help` and `shcd NAME --help`. */
+void help_print_overview(FILE *file);
+void help_print_command(FILE *file, const command_help *command);
+
+#endif

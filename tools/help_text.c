@@ -1,0 +1,147 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The words of --help and of the man page; nothing else lives here. */
+#include "help.h"
+
+#include <stddef.h>
+
+const char help_summary[] = "bodies as spherical harmonics: fit, inspect, query, convert";
+
+const char help_introduction[] =
+    "A body is a closed surface S(w) = sum c_lm Y_lm(w), w on the unit sphere, kept in a .shcd "
+    "file. Lengths are in metres, in the frame of the mesh or of the coefficients; signed distance "
+    "is negative inside; normals point outward.\n"
+    "\n"
+    "A file is written under a temporary name and renamed when it is complete: a command that "
+    "fails leaves no output file behind.";
+
+const char help_exit_status[] =
+    "0: done. 1: failed; one line on standard error says why. 2: bad usage.";
+
+const char help_examples[] = "  shcd fit liver.obj --unit cm -o liver.shcd\n"
+                             "  shcd info liver.shcd --json\n"
+                             "  shcd query liver.shcd < points.csv > distances.csv\n"
+                             "  shcd surface liver.shcd --subdivide 6 -o liver.ply\n"
+                             "  shcd coefficients liver.shcd --complex -o liver.csv\n"
+                             "  shcd create liver.csv -o copy.shcd";
+
+const option_help help_option_help = {"help", OPTION_HELP, NULL, "print this text"};
+
+static const char fit_text[] =
+    "Reads OBJ, PLY, STL or OFF, joins the parts of the file, merges vertices of equal position, "
+    "checks that the mesh is one closed surface of genus 0 and fits a series to it. What was "
+    "repaired, the errors against the mesh and the time go to standard output; warnings and, on a "
+    "terminal, progress go to standard error.\n"
+    "\n"
+    "A body smaller than 1 mm or larger than 10 m brings a warning, since a wrong unit is the "
+    "usual cause; so does a surface that intersects itself, or an error larger than the thinnest "
+    "part of the mesh.\n"
+    "\n"
+    "This command needs libshcd-fit; a build without it says so and fails.";
+
+static const char info_text[] =
+    "Prints the size, bounds, topology and fit errors that are stored in the body or derived when "
+    "it is loaded. \"proven\" follows from a bound; \"sampled\" was seen on samples, finer detail "
+    "may differ.";
+
+static const char query_text[] =
+    "Reads points from standard input, one x,y,z a line, in metres and in the body frame. Blank "
+    "lines and lines that start with # are passed over, and the first line may be the header "
+    "x,y,z. Writes to standard output this header and one row for each point, in the order of the "
+    "input, numbers with 17 digits:\n"
+    "\n"
+    "  x,y,z,distance,lower,upper,cx,cy,cz,nx,ny,nz,flags\n"
+    "\n"
+    "distance is signed, negative inside; lower <= true signed distance <= upper is proven; "
+    "(cx,cy,cz) is the closest point of the surface and (nx,ny,nz) its outward unit normal. flags "
+    "is empty or holds names joined by |: truncated (a cap was met before the interval was tight), "
+    "sign_unsure (inside or outside is not known; distance is positive), not_stationary (the "
+    "closest point is not refined), map_edge (the map's neighbouring texels disagree), radial "
+    "(distance is the depth along the ray from the centre, not the distance).\n"
+    "\n"
+    "A line that is not three finite numbers is named as stdin:LINE and ends the command with "
+    "status 1; the rows before it have been written, whole. Rows are written as points arrive "
+    "unless the input is a regular file, so another program may send one point at a time.";
+
+static const char surface_text[] =
+    "Evaluates the surface at the vertices of an icosahedron whose triangles are split in four N "
+    "times: 10 4^N + 2 vertices and 20 4^N triangles, counter-clockwise seen from outside. The "
+    "name of the output decides the format: .obj (text, 17 digits) or .ply (binary, "
+    "little-endian, double precision). Coordinates are in metres.";
+
+static const char coefficients_text[] =
+    "Writes one row for each harmonic, l = 0 .. degree, m = -l .. l, in metres, numbers with 17 "
+    "digits. The header tells the basis. Real, orthonormal, without the Condon-Shortley phase "
+    "(m > 0 goes with cos(m phi), m < 0 with sin(|m| phi)):\n"
+    "\n"
+    "  l,m,x,y,z\n"
+    "\n"
+    "With --complex, orthonormal with the Condon-Shortley phase, as is usual in SPHARM papers:\n"
+    "\n"
+    "  l,m,x_re,x_im,y_re,y_im,z_re,z_im\n"
+    "\n"
+    "for m > 0: a_lm = (-1)^m (c_lm - i c_l,-m) / sqrt(2), a_l,-m = (-1)^m conj(a_lm).";
+
+static const char create_text[] =
+    "Reads a table as 'shcd coefficients' writes it; the header tells which of the two bases it "
+    "is in. Rows may stand in any order; the largest l is the degree, and every (l,m) up to it "
+    "must be there exactly once. Complex coefficients must belong to a real surface: a_l,-m = "
+    "(-1)^m conj(a_lm) within 1e-6 of the largest coefficient, so that tables in single precision "
+    "pass. Lines that start with # are passed over. COEFFICIENTS may be - for standard input.";
+
+const command_help help_commands[] = {
+    {"fit",
+     "MESH -o BODY.shcd [--degree L | --tolerance M] [--unit UNIT] [options]",
+     "fit a body to a closed triangle mesh",
+     fit_text,
+     {{"output", OPTION_OUTPUT, "BODY.shcd", "the file to write (required)"},
+      {"degree", OPTION_DEGREE, "L", "degree of the series, 1 to 150; default 15"},
+      {"tolerance", OPTION_TOLERANCE, "M",
+       "instead of a degree: take the smallest one whose Hausdorff error against the mesh is at "
+       "most M metres; 0.5mm and the like are understood"},
+      {"degree-max", OPTION_DEGREE_MAX, "L",
+       "with --tolerance: give up beyond this degree; default 50"},
+      {"unit", OPTION_UNIT, "UNIT",
+       "unit of the mesh file: m, cm, mm, um, in, or metres in one unit as a number; default m"},
+      {"area-weight", OPTION_AREA_WEIGHT, "X",
+       "weight of equal area against equal angles in the parameterization, > 0; default 5"},
+      {"json", OPTION_JSON, "REPORT",
+       "write the report as JSON, too; - writes it to standard output in place of the text"},
+      {"quiet", OPTION_QUIET, NULL, "no progress and no text report"}}},
+    {"info",
+     "BODY.shcd [--json]",
+     "print what a body is",
+     info_text,
+     {{"json", OPTION_JSON, NULL, "print JSON"}}},
+    {"query",
+     "BODY.shcd [--tier TIER] [--tolerance M] < POINTS.csv > DISTANCES.csv",
+     "signed distance and closest point of many points",
+     query_text,
+     {{"tier", OPTION_TIER, "TIER",
+       "exact (default): the closest point, proven; fast: closest leaf and Newton, with a proven "
+       "interval; map: depth along the ray from the centre, not a distance"},
+      {"tolerance", OPTION_TOLERANCE, "M",
+       "width of the interval, upper - lower, that is enough, in metres (0.1mm and the like are "
+       "understood); twice that where sign_unsure makes the interval cover both sides; default "
+       "1e-9 of the larger of the body's diagonal and the distance; not with --tier map"}}},
+    {"surface",
+     "BODY.shcd -o OUT.obj|OUT.ply [--degree L] [--subdivide N]",
+     "write the surface as a triangle mesh",
+     surface_text,
+     {{"output", OPTION_OUTPUT, "FILE", "the mesh to write (required)"},
+      {"degree", OPTION_DEGREE, "L", "leave out harmonics above this degree; default all"},
+      {"subdivide", OPTION_SUBDIVIDE, "N", "0 to 9; default 5 (20480 triangles)"}}},
+    {"coefficients",
+     "BODY.shcd [-o OUT.csv] [--complex]",
+     "write the coefficients as CSV",
+     coefficients_text,
+     {{"output", OPTION_OUTPUT, "FILE", "the file to write; default standard output"},
+      {"complex", OPTION_COMPLEX, NULL, "complex basis with the Condon-Shortley phase"}}},
+    {"create",
+     "COEFFICIENTS.csv -o BODY.shcd [--unit UNIT]",
+     "make a body from coefficients in CSV",
+     create_text,
+     {{"output", OPTION_OUTPUT, "BODY.shcd", "the file to write (required)"},
+      {"unit", OPTION_UNIT, "UNIT",
+       "unit of the coefficients: m, cm, mm, um, in, or metres in one unit as a number; default "
+       "m"}}},
+    {NULL, NULL, NULL, NULL, {{NULL, 0, NULL, NULL}}}};
