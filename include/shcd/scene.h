@@ -61,7 +61,7 @@ typedef struct shcd_effect_def {
 /** Start from SHCD_BODY_DEF_INIT. In an array the stride is the first element's struct_size. */
 typedef struct shcd_body_def {
     size_t struct_size;
-    const char *name;        /**< unique in the scene, 1 to 63 bytes */
+    const char *name;        /**< unique among its kind, 1 to 63 bytes, no control characters */
     const shcd_model *model; /**< borrowed: it must outlive the scene */
     shcd_pose body_in_world;
     const shcd_effect_def *effects;
@@ -75,7 +75,7 @@ typedef enum shcd_tool_kind { SHCD_TOOL_POINT = 0, SHCD_TOOL_SPHERE = 1 } shcd_t
 /** Start from SHCD_TOOL_DEF_INIT. In an array the stride is the first element's struct_size. */
 typedef struct shcd_tool_def {
     size_t struct_size;
-    const char *name; /**< unique in the scene, 1 to 63 bytes */
+    const char *name; /**< unique among its kind, 1 to 63 bytes, no control characters */
     int32_t kind;     /**< a shcd_tool_kind */
     int32_t reserved0;
     double radius_m; /**< sphere: > 0; point: 0 */
@@ -145,8 +145,9 @@ typedef struct shcd_input {
 typedef enum shcd_tool_output_flag {
     SHCD_TOOL_OUTPUT_CONTACT = 1u << 0,   /**< touches at least one body */
     SHCD_TOOL_OUTPUT_TRUNCATED = 1u << 1, /**< a query reached its cap; its interval is not tight */
-    SHCD_TOOL_OUTPUT_BAD_INPUT =
-        1u << 2, /**< pose or velocity not finite or not a rotation: no force */
+    /** A value not finite, a coordinate or speed above 1e9, or not a rotation: no force; contacts
+     * are kept. */
+    SHCD_TOOL_OUTPUT_BAD_INPUT = 1u << 2,
     SHCD_TOOL_OUTPUT_SIGN_UNSURE = 1u << 3 /**< inside or outside unknown: treated as outside */
 } shcd_tool_output_flag;
 
@@ -158,8 +159,8 @@ typedef struct shcd_tool_output {
     shcd_vec3 normal;       /**< outward unit normal there, world */
     double penetration_m;   /**< of the deepest contact, >= 0; 0 without contact [m] */
     double distance_m;      /**< signed gap between tool surface and nearest body; negative in
-                                 contact [m]; infinite if the scene has no body */
-    int32_t body;           /**< index of that body; -1: the scene has none */
+                                 contact [m]; infinite without a body, or for an inactive or bad tool */
+    int32_t body;           /**< index of that body; -1: none, or an inactive or bad tool */
     uint32_t flags;         /**< shcd_tool_output_flag */
     uint32_t n_evaluations; /**< surface evaluations that this tool cost */
     uint32_t n_patches;     /**< bounds that this tool cost */
@@ -174,9 +175,12 @@ typedef struct shcd_output {
 /** One tick: for each active tool and body find the contact, let the body's effects act, sum the
  *  wrench.
  *
- *  Contact: outside, the certified closest point decides; a tool that has come into contact keeps a
- *  proxy on the surface, followed by Newton from tick to tick, until it separates there, so that a
- *  tool pressed past the medial axis is not thrown out on the far side.
+ *  Contact: outside, the certified closest point decides. A tool whose centre has gone in keeps a
+ * proxy on the surface, followed by Newton from tick to tick, until it separates there: a tool
+ * pressed past the medial axis is not thrown out on the far side but has to come back the way it
+ * went in. Where the proxy's minimum of distance ends (at a focal point) it slides to the next one
+ * with a bounded speed, so that the force turns instead of jumping. One contact for each tool and
+ * body; a tool outside at both ends of a tick has none, whatever it went through in between.
  *
  *  @return SHCD_OK, or SHCD_ERR_ARGUMENT (null, wrong counts, dt_s out of range; then nothing is
  *  written). Bad tool values are flagged per tool and give no force. RT safe. Deterministic: the

@@ -50,6 +50,8 @@ typedef struct search {
     double tolerance, slack;
     double upper; /* distance of the best foot; before there is one, of the best leaf's far side */
     double lower; /* of everything that was dropped */
+    double
+        leaves_lower; /* of all leaves, by their flat bounds alone: holds where refinement stops */
     shcdi_foot best;
     size_t nearest_leaf;
     double nearest_b[3];
@@ -280,6 +282,7 @@ static void note_leaf(search *s, uint32_t index) {
     const double flat = shcdi_triangle_distance(s->p, x, b);
     const double lower = flat - (double)leaf->deviation;
     s->n_patches++;
+    s->leaves_lower = shcdi_min(s->leaves_lower, lower);
     if (flat + (double)leaf->deviation < s->upper) {
         s->upper = flat + (double)leaf->deviation;
         s->nearest_leaf = index;
@@ -371,7 +374,8 @@ static double sign_of(search *s, shcd_vec3 normal, double lower, int is_global, 
         fabs(along) > 0.9 * s->best.distance) {
         return guess;
     }
-    if (s->is_exact && lower > s->model->tree.deviation_max) {
+    if (s->is_exact && lower > s->model->tree.deviation_max &&
+        s->n_patches + s->model->tree.n_leaves <= s->patches_max) {
         s->n_patches += (uint32_t)s->model->tree.n_leaves;
         return shcdi_winding(&s->model->tree, s->p) > 0 ? -1.0 : 1.0;
     }
@@ -391,7 +395,8 @@ static void fill_foot(const search *s, const shcdi_foot *foot, shcd_proximity *o
 static void fill_result(search *s, double allowed, shcd_proximity *out) {
     const double distance = s->best.distance;
     const double upper = distance + s->slack;
-    const double lower = shcdi_max(0.0, shcdi_min(s->lower, distance) - s->slack);
+    const double bound = shcdi_min(shcdi_max(s->lower, s->leaves_lower), distance);
+    const double lower = shcdi_max(0.0, bound - s->slack);
     const int is_global = upper - lower <= allowed;
     int is_sure;
     const double sign = sign_of(s, shcdi_foot_normal(&s->best), lower, is_global, &is_sure);
@@ -427,6 +432,7 @@ static void search_begin(search *s, const shcd_model *model, shcd_vec3 p,
     s->tolerance = shcdi_max(*allowed - 2.5 * s->slack, 0.25 * *allowed);
     s->upper = HUGE_VAL;
     s->lower = HUGE_VAL;
+    s->leaves_lower = HUGE_VAL;
     s->nearest_leaf = 0;
     s->n_survivors = s->n_balls = 0;
     s->is_exact = options->tier == SHCD_TIER_EXACT;
@@ -443,6 +449,7 @@ void shcdi_query_certified(const shcd_model *model, shcd_vec3 p, const shcd_quer
     double allowed;
     search_begin(&s, model, p, options, &allowed);
     traverse(&s, note_leaf);
+    s.leaves_lower = shcdi_min(s.leaves_lower, s.lower);
     shcdi_patch leaf;
     shcdi_patch_of_leaf(&model->tree, s.nearest_leaf, &leaf);
     shcd_vec3 start = {0.0, 0.0, 0.0};

@@ -10,7 +10,7 @@
 
 #define FIXTURE_TICK_S 0.001
 
-/** (a x)^2-style ellipsoid with half axes along x, y, z: exactly degree 1, since
+/** Ellipsoid with half axes a, b, c [m] along x, y, z: exactly degree 1, since
  *  Y_1,1 = sqrt(3/(4 pi)) x and likewise Y_1,-1 with y and Y_1,0 with z. */
 static inline shcd_model *fixture_ellipsoid(double a, double b, double c) {
     const double unit = 2.0466534158929770; /* sqrt(4 pi / 3) */
