@@ -49,7 +49,8 @@ SHCD_API SHCD_NODISCARD shcd_status shcd_mesh_import(const char *path, double un
  *  In this order: empty; index out of range; vertex not finite (named with a face that uses it);
  *  vertices merged by equal position, unused ones and triangles with repeated corners dropped; open
  *  edge (its end points are named); edge with more than two triangles; several components; not
- *  orientable, or orientation repaired by turning triangles; genus (Euler number); volume zero.
+ *  orientable, or orientation repaired by turning triangles; a vertex where two fans of triangles
+ *  meet; genus (Euler number); volume zero. On failure the report is untouched.
  *
  *  @param[in] vertices_m  3 n_vertices values [m]
  *  @param[in] triangles   3 n_triangles indices
