@@ -1,0 +1,52 @@
+#!/bin/sh
+# SPDX-License-Identifier: BSD-3-Clause
+# Installs the Debian packages that the build, the tests and the demo need and that are not there
+# yet. Needs root or sudo only if something is missing.
+set -eu
+
+packages='
+    build-essential cmake ninja-build
+    zlib1g-dev
+    libgsl-dev libfftw3-dev libsuitesparse-dev libassimp-dev
+    liblcm-dev liblcm-bin libfyaml-dev
+    libcmocka-dev libccd-dev python3 python3-venv
+    gnuplot-nox
+    iproute2 util-linux
+'
+# zlib: body files; GSL to Assimp: libshcd-fit; LCM, libfyaml: the daemon and its clients; cmocka,
+# libccd (an oracle), Python: tests; gnuplot: plots; iproute2, util-linux: private network namespaces.
+
+if ! command -v dpkg-query >/dev/null; then
+    echo "install-deps.sh: not a Debian system, nothing installed; needed is what Debian calls:"
+    echo "   " $packages
+    exit 0
+fi
+
+missing=
+for package in $packages; do
+    if [ "$package" = gnuplot-nox ] && command -v gnuplot >/dev/null; then
+        continue # any flavour of gnuplot will do
+    fi
+    status=$(dpkg-query -W -f '${db:Status-Status}' "$package" 2>/dev/null || true)
+    if [ "$status" != installed ]; then
+        missing="$missing $package"
+    fi
+done
+if [ -z "$missing" ]; then
+    echo "install-deps.sh: all packages are there"
+    exit 0
+fi
+
+echo "install-deps.sh: to be installed:$missing"
+if [ "$(id -u)" = 0 ]; then
+    as_root=
+elif command -v sudo >/dev/null; then
+    as_root=sudo
+else
+    echo "install-deps.sh: neither root nor sudo; have somebody run as root:" >&2
+    echo "    apt-get update && apt-get install --no-install-recommends$missing" >&2
+    exit 1
+fi
+$as_root apt-get update
+# shellcheck disable=SC2086 # a list of words
+$as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y --no-install-recommends $missing
