@@ -8,8 +8,15 @@
 
 #include <stdbool.h>
 
+#define CONFIG_RATE_MIN_HZ 100.0
+#define CONFIG_RATE_MAX_HZ 4000.0
+#define CONFIG_RATE_DEFAULT_HZ 1000.0
+#define CONFIG_TOOL_ID_MAX 255
+/** Holds every complaint whole for paths of ordinary length. */
+#define CONFIG_ERROR_SIZE 1024
+
 /** Caps of a haptic device; the output chain obeys them, and a scene that asks for more stiffness
- *  or damping than the device renders is refused. */
+ *  than the device renders is refused. */
 typedef struct device_profile {
     const char *name;
     double force_max_n;
@@ -25,21 +32,27 @@ typedef struct daemon_config {
     double rate_hz;
     const device_profile *device;
     size_t n_models;
-    shcd_model *models[SHCD_BODIES_MAX]; /**< owned, in body order */
+    shcd_model *models[SHCD_BODIES_MAX]; /**< owned, in body order; bodies from one file share one
+                                              model, so a pointer may stand here more than once */
     shcd_pose body_in_world[SHCD_BODIES_MAX];
     int32_t tool_ids[SHCD_TOOLS_MAX]; /**< wire id of each tool of the scene, 0 .. 255, unique */
     shcd_scene *scene;                /**< owned; knows names and counts */
 } daemon_config;
 
-/** Reads a scene file (YAML, at most 1 MiB). On failure `config` is untouched and `error` holds one
- *  line, "FILE:LINE:COLUMN: KEY: what is wrong and what would be right". Relative model paths start
- *  at the scene file's folder. */
+/** Reads a scene file (YAML, at most 1 MiB, docs/scene-file.md) and loads its models. On failure
+ *  `config` is untouched and `error` holds one line, "FILE:LINE:COLUMN: KEY: what is wrong and what
+ *  would be right"; without the place if the file cannot be read at all. Relative model paths start
+ *  at the scene file's folder. Numbers are read the same in every locale. Prints nothing. */
 bool config_load(const char *path, daemon_config *config, char *error, size_t error_size);
 
 /** The scene used without an argument: an ellipsoid made from coefficients, one point tool (id 0)
  *  and one sphere tool (id 1). */
 bool config_built_in(daemon_config *config, char *error, size_t error_size);
 
+/** Releases scene and models, and zeroes the config; NULL is allowed. */
 void config_free(daemon_config *config);
+
+/** A degree-1 body: the ellipsoid with these semi-axes along x, y and z, centred. */
+shcd_status config_ellipsoid(const double semi_axes_m[3], shcd_model **model, shcd_error *error);
 
 #endif

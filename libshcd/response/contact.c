@@ -45,6 +45,11 @@
  * of itself. It slows a slide over a sharp ridge down. */
 #define TURN_COSINE 0.9
 
+/* Speed [m/s] beyond which a motion within a tick is not a hand's but a jump (a client that starts
+ * again elsewhere, a device that was reset): nothing is continued, the certified closest point
+ * decides anew. Hands reach about 5 m/s. */
+#define JUMP_SPEED 20.0
+
 /* Shares of the way from the proxy to the tool that are tried for one step of a slide. */
 static const double slide_shares[] = {0.5, 0.125, 0.03125, 0.0078125};
 #define N_SHARES (sizeof slide_shares / sizeof slide_shares[0])
@@ -156,13 +161,17 @@ static uint32_t tool_flags(uint32_t proximity_flags) {
 void shcdi_contact_update(const shcdi_body *body, double radius_m, shcd_vec3 p, double dt_s,
                           shcdi_contact *contact, shcdi_gap *out) {
     const shcdi_gap nothing = {0};
+    const double motion = shcd_norm(shcd_sub(p, contact->tool_m));
     const update u = {body, contact, p,
-                      2.0 * shcd_norm(shcd_sub(p, contact->tool_m)) + SLIP_SPEED * dt_s +
-                          FOOT_TOLERANCE * body->diagonal_m};
+                      2.0 * motion + SLIP_SPEED * dt_s + FOOT_TOLERANCE * body->diagonal_m};
     shcd_query_options options = SHCD_QUERY_OPTIONS_INIT;
     shcd_proximity followed;
     shcd_proximity closest;
     *out = nothing;
+    if (motion > JUMP_SPEED * dt_s) {
+        contact->is_known = 0;
+        contact->is_touching = 0;
+    }
     if (contact->is_touching && keep_proxy(&u, &followed, out)) {
         settle(radius_m, p, &followed, -HUGE_VAL, contact, out);
         return;

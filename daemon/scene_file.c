@@ -1,0 +1,441 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The grammar of a scene file: which keys a map may hold, and what their values mean.
+ *
+ * The keys of effects come from the library's effects table, so an effect that the library gains is
+ * known here at once. All text is checked before the first model is loaded, since loading may take
+ * seconds. What is read lives in the tree's memory until the scene has copied it. */
+#define _POSIX_C_SOURCE 200809L
+#include "config.h"
+#include "yaml_reader.h"
+#include "yaml_value.h"
+
+#include <locale.h>
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#define NAME_BYTES_MAX 63
+#define PATH_BYTES_MAX 4095
+#define POSITION_MAX_M 100.0
+#define SEMI_AXIS_MIN_M 1e-4
+#define SEMI_AXIS_MAX_M 10.0
+#define RADIUS_MIN_M 1e-5
+#define RADIUS_MAX_M 1.0
+/* three decimals, each off by half a unit of the last, change a length of 1 by up to this */
+#define QUATERNION_TOLERANCE 1e-3
+
+#define COUNT(array) (sizeof(array) / sizeof(array)[0])
+
+typedef struct body_draft {
+    const yaml_node *shape; /* the value of `model` or `ellipsoid` */
+    const char *model_path; /* NULL: an ellipsoid */
+    double semi_axes_m[3];
+} body_draft;
+
+typedef struct scene_draft {
+    yaml_tree *tree;
+    double rate_hz;
+    const device_profile *device;
+    size_t n_bodies, n_tools;
+    body_draft bodies[SHCD_BODIES_MAX];
+    shcd_body_def body_defs[SHCD_BODIES_MAX];
+    shcd_tool_def tool_defs[SHCD_TOOLS_MAX];
+    int32_t tool_ids[SHCD_TOOLS_MAX];
+} scene_draft;
+
+/* ---- effects --------------------------------------------------------------------------------- */
+
+/* What an output chain behind the scene would cut off is refused here instead: a surface that feels
+ * softer than the file says teaches nothing. */
+static bool check_stiffness(const scene_draft *draft, const yaml_node *effect,
+                            const shcd_effect_info *info, const yaml_field *fields,
+                            const shcd_effect_def *def) {
+    for (size_t i = 0; strcmp(info->name, "stiffness") == 0 && i < info->n_parameters; i++) {
+        if (strcmp(info->parameters[i].name, "k_n_per_m") != 0) {
+            continue;
+        }
+        double k = info->parameters[i].default_value;
+        for (size_t given = 0; given < def->n_parameters; given++) {
+            k = def->parameters[given].name == info->parameters[i].name
+                    ? def->parameters[given].value
+                    : k;
+        }
+        if (k > draft->device->stiffness_max_n_per_m) {
+            const yaml_node *at = fields[i].node != NULL ? fields[i].node : effect;
+            return yaml_fail(draft->tree, at,
+                             "%.9g N/m is more than device %s renders, must be at most %.9g N/m", k,
+                             draft->device->name, draft->device->stiffness_max_n_per_m);
+        }
+    }
+    return true;
+}
+
+static bool read_effect(const scene_draft *draft, const yaml_node *node,
+                        const shcd_effect_info *info, shcd_effect_def *def) {
+    const size_t n = info->n_parameters;
+    yaml_field *fields = yaml_allocate(draft->tree, (n + 1) * sizeof *fields);
+    shcd_parameter_value *values = yaml_allocate(draft->tree, (n + 1) * sizeof *values);
+    if (fields == NULL || values == NULL) {
+        return false;
+    }
+    for (size_t i = 0; i < n; i++) {
+        fields[i].name = info->parameters[i].name;
+    }
+    if (!yaml_fields(draft->tree, node, "parameter", fields, n)) {
+        return false;
+    }
+    def->name = info->name;
+    def->parameters = values;
+    for (size_t i = 0; i < n; i++) {
+        const shcd_parameter_info *p = &info->parameters[i];
+        if (fields[i].node == NULL) {
+            continue;
+        }
+        shcd_parameter_value *value = &values[def->n_parameters];
+        if (!yaml_number(draft->tree, fields[i].node, p->min_value, p->max_value, p->unit,
+                         &value->value)) {
+            return false;
+        }
+        value->name = p->name;
+        def->n_parameters++;
+    }
+    return check_stiffness(draft, node, info, fields, def);
+}
+
+static bool read_effects(const scene_draft *draft, const yaml_node *node, shcd_body_def *body) {
+    size_t n = 0;
+    while (shcd_effect_at(n) != NULL) {
+        n++;
+    }
+    yaml_field *fields = yaml_allocate(draft->tree, (n + 1) * sizeof *fields);
+    shcd_effect_def *effects = yaml_allocate(draft->tree, (n + 1) * sizeof *effects);
+    if (fields == NULL || effects == NULL) {
+        return false;
+    }
+    for (size_t i = 0; i < n; i++) {
+        fields[i].name = shcd_effect_at(i)->name;
+    }
+    if (!yaml_fields(draft->tree, node, "effect", fields, n)) {
+        return false;
+    }
+    body->effects = effects;
+    for (size_t i = 0; i < n; i++) {
+        if (fields[i].node == NULL) {
+            continue;
+        }
+        if (!read_effect(draft, fields[i].node, shcd_effect_at(i), &effects[body->n_effects])) {
+            return false;
+        }
+        body->n_effects++;
+    }
+    return true;
+}
+
+/* ---- bodies ---------------------------------------------------------------------------------- */
+
+static bool read_orientation(const yaml_tree *tree, const yaml_node *node, shcd_quat *q) {
+    double v[4] = {1.0, 0.0, 0.0, 0.0};
+    if (!yaml_numbers(tree, node, 4, -2.0, 2.0, NULL, v)) {
+        return false;
+    }
+    const double length = sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2] + v[3] * v[3]);
+    if (!(fabs(length - 1.0) <= QUATERNION_TOLERANCE)) {
+        if (!(length > 0.0)) {
+            return yaml_fail(tree, node,
+                             "is no rotation, must be a quaternion of length 1, w first, like "
+                             "[1, 0, 0, 0]");
+        }
+        return yaml_fail(tree, node,
+                         "has length %.6g, must be 1; [%.9g, %.9g, %.9g, %.9g] has the same "
+                         "direction",
+                         length, v[0] / length, v[1] / length, v[2] / length, v[3] / length);
+    }
+    const shcd_quat unit = {v[0] / length, v[1] / length, v[2] / length, v[3] / length};
+    *q = unit;
+    return true;
+}
+
+static bool read_pose(const yaml_tree *tree, const yaml_node *node, shcd_pose *pose) {
+    yaml_field fields[] = {{"position_m", NULL, NULL}, {"orientation_wxyz", NULL, NULL}};
+    if (!yaml_fields(tree, node, "key", fields, COUNT(fields))) {
+        return false;
+    }
+    if (fields[0].node != NULL) {
+        double v[3] = {0.0, 0.0, 0.0};
+        if (!yaml_numbers(tree, fields[0].node, 3, -POSITION_MAX_M, POSITION_MAX_M, "m", v)) {
+            return false;
+        }
+        pose->position_m = shcd_vec3_make(v[0], v[1], v[2]);
+    }
+    return fields[1].node == NULL || read_orientation(tree, fields[1].node, &pose->orientation);
+}
+
+static bool read_model_path(const yaml_tree *tree, const yaml_node *node, body_draft *body) {
+    return yaml_text(tree, node, PATH_BYTES_MAX, &body->model_path);
+}
+
+static bool read_ellipsoid(const yaml_tree *tree, const yaml_node *node, body_draft *body) {
+    yaml_field fields[] = {{"semi_axes_m", "three lengths, like [0.08, 0.06, 0.05]", NULL}};
+    return yaml_fields(tree, node, "key", fields, COUNT(fields)) &&
+           yaml_numbers(tree, fields[0].node, 3, SEMI_AXIS_MIN_M, SEMI_AXIS_MAX_M, "m",
+                        body->semi_axes_m);
+}
+
+/* One node for each name so far: names are few, and the first use is worth telling. */
+static bool check_new(const yaml_tree *tree, const yaml_node *node, const yaml_node **seen,
+                      size_t n_seen, const char *what) {
+    char excerpt[YAML_EXCERPT_SIZE];
+    for (size_t i = 0; i < n_seen; i++) {
+        if (strcmp(seen[i]->text, node->text) == 0) {
+            return yaml_fail(tree, node, "%s '%s' is taken, in line %u; each must be its own", what,
+                             yaml_excerpt(node, excerpt), seen[i]->at.line);
+        }
+    }
+    seen[n_seen] = node;
+    return true;
+}
+
+static bool read_body(scene_draft *draft, const yaml_node *node, const yaml_node **names) {
+    const size_t i = draft->n_bodies;
+    const shcd_body_def blank = SHCD_BODY_DEF_INIT;
+    body_draft *body = &draft->bodies[i];
+    shcd_body_def *def = &draft->body_defs[i];
+    *def = blank;
+    enum { NAME, MODEL, ELLIPSOID, POSE, EFFECTS };
+    yaml_field fields[] = {[NAME] = {"name", "a name, like liver", NULL},
+                           [MODEL] = {"model", NULL, NULL},
+                           [ELLIPSOID] = {"ellipsoid", NULL, NULL},
+                           [POSE] = {"pose", NULL, NULL},
+                           [EFFECTS] = {"effects", NULL, NULL}};
+    if (!yaml_fields(draft->tree, node, "key", fields, COUNT(fields)) ||
+        !yaml_text(draft->tree, fields[NAME].node, NAME_BYTES_MAX, &def->name) ||
+        !check_new(draft->tree, fields[NAME].node, names, i, "the body name")) {
+        return false;
+    }
+    const yaml_node *model = fields[MODEL].node;
+    const yaml_node *ellipsoid = fields[ELLIPSOID].node;
+    if (model == NULL && ellipsoid == NULL) {
+        return yaml_fail_missing(draft->tree, node, "model",
+                                 "missing; must be the path of a .shcd file, unless the body is an "
+                                 "ellipsoid: {semi_axes_m: [a, b, c]}");
+    }
+    if (model != NULL && ellipsoid != NULL) {
+        return yaml_fail_at_key(draft->tree, model->index > ellipsoid->index ? model : ellipsoid,
+                                "a body has one shape, either model or ellipsoid; remove one");
+    }
+    body->shape = model != NULL ? model : ellipsoid;
+    return (model == NULL || read_model_path(draft->tree, model, body)) &&
+           (ellipsoid == NULL || read_ellipsoid(draft->tree, ellipsoid, body)) &&
+           (fields[POSE].node == NULL ||
+            read_pose(draft->tree, fields[POSE].node, &def->body_in_world)) &&
+           (fields[EFFECTS].node == NULL || read_effects(draft, fields[EFFECTS].node, def));
+}
+
+static bool read_bodies(scene_draft *draft, const yaml_node *list) {
+    const yaml_node *names[SHCD_BODIES_MAX];
+    if (!yaml_list(draft->tree, list, "bodies", 0, SHCD_BODIES_MAX)) {
+        return false;
+    }
+    for (const yaml_node *node = list->first; node != NULL; node = node->next) {
+        if (!read_body(draft, node, names)) {
+            return false;
+        }
+        draft->n_bodies++;
+    }
+    return true;
+}
+
+/* ---- tools ----------------------------------------------------------------------------------- */
+
+static bool read_shape(const yaml_tree *tree, const yaml_node *node, shcd_tool_def *tool) {
+    char excerpt[YAML_EXCERPT_SIZE];
+    if (node->kind == YAML_SCALAR && node->length > 0) {
+        tool->kind = SHCD_TOOL_POINT;
+        return yaml_equals(node, "point") ||
+               yaml_fail(tree, node, "unknown shape '%s'; known: point, {sphere: {radius_m: r}}",
+                         yaml_excerpt(node, excerpt));
+    }
+    if (node->kind != YAML_MAP || node->count == 0) {
+        return yaml_fail(tree, node, "holds no shape, must be point or {sphere: {radius_m: r}}");
+    }
+    yaml_field shapes[] = {{"sphere", NULL, NULL}};
+    yaml_field sphere[] = {{"radius_m", "a length, like 0.003", NULL}};
+    tool->kind = SHCD_TOOL_SPHERE;
+    return yaml_fields(tree, node, "shape", shapes, COUNT(shapes)) &&
+           yaml_fields(tree, shapes[0].node, "key", sphere, COUNT(sphere)) &&
+           yaml_number(tree, sphere[0].node, RADIUS_MIN_M, RADIUS_MAX_M, "m", &tool->radius_m);
+}
+
+static bool read_tool(scene_draft *draft, const yaml_node *node, const yaml_node **names,
+                      const yaml_node **ids) {
+    const size_t i = draft->n_tools;
+    const shcd_tool_def blank = SHCD_TOOL_DEF_INIT;
+    shcd_tool_def *def = &draft->tool_defs[i];
+    *def = blank;
+    enum { ID, NAME, SHAPE };
+    yaml_field fields[] = {[ID] = {"id", "a whole number, 0 .. 255", NULL},
+                           [NAME] = {"name", "a name, like probe", NULL},
+                           [SHAPE] = {"shape", "point or {sphere: {radius_m: r}}", NULL}};
+    unsigned id = 0;
+    if (!yaml_fields(draft->tree, node, "key", fields, COUNT(fields)) ||
+        !yaml_integer(draft->tree, fields[ID].node, CONFIG_TOOL_ID_MAX, &id) ||
+        !check_new(draft->tree, fields[ID].node, ids, i, "the tool id") ||
+        !yaml_text(draft->tree, fields[NAME].node, NAME_BYTES_MAX, &def->name) ||
+        !check_new(draft->tree, fields[NAME].node, names, i, "the tool name")) {
+        return false;
+    }
+    draft->tool_ids[i] = (int32_t)id;
+    return read_shape(draft->tree, fields[SHAPE].node, def);
+}
+
+static bool read_tools(scene_draft *draft, const yaml_node *list) {
+    const yaml_node *names[SHCD_TOOLS_MAX];
+    const yaml_node *ids[SHCD_TOOLS_MAX];
+    if (!yaml_list(draft->tree, list, "tools", 1, SHCD_TOOLS_MAX)) {
+        return false;
+    }
+    for (const yaml_node *node = list->first; node != NULL; node = node->next) {
+        if (!read_tool(draft, node, names, ids)) {
+            return false;
+        }
+        draft->n_tools++;
+    }
+    return true;
+}
+
+/* ---- the whole ------------------------------------------------------------------------------- */
+
+static bool read_device(scene_draft *draft, const yaml_node *node) {
+    const char *name = NULL;
+    char known[256] = "";
+    size_t used = 0;
+    if (!yaml_text(draft->tree, node, NAME_BYTES_MAX, &name)) {
+        return false;
+    }
+    for (const device_profile *p = device_profiles; p->name != NULL; p++) {
+        if (strcmp(p->name, name) == 0) {
+            draft->device = p;
+            return true;
+        }
+        if (used < sizeof known) {
+            const int n = snprintf(known + used, sizeof known - used, "%s%s",
+                                   p == device_profiles ? "" : ", ", p->name);
+            used += n > 0 ? (size_t)n : 0;
+        }
+    }
+    return yaml_fail(draft->tree, node, "unknown device '%s'; known: %s", name, known);
+}
+
+static bool read_scene(scene_draft *draft) {
+    enum { RATE, DEVICE, BODIES, TOOLS };
+    yaml_field fields[] = {
+        [RATE] = {"rate_hz", NULL, NULL},
+        [DEVICE] = {"device", NULL, NULL},
+        [BODIES] = {"bodies", "a list of bodies (or [])", NULL},
+        [TOOLS] = {"tools", "a list of tools, like [{id: 0, name: probe, shape: point}]", NULL}};
+    draft->rate_hz = CONFIG_RATE_DEFAULT_HZ;
+    draft->device = &device_profiles[0];
+    return yaml_fields(draft->tree, draft->tree->root, "key", fields, COUNT(fields)) &&
+           (fields[RATE].node == NULL ||
+            yaml_number(draft->tree, fields[RATE].node, CONFIG_RATE_MIN_HZ, CONFIG_RATE_MAX_HZ,
+                        "Hz", &draft->rate_hz)) &&
+           (fields[DEVICE].node == NULL || read_device(draft, fields[DEVICE].node)) &&
+           read_bodies(draft, fields[BODIES].node) && read_tools(draft, fields[TOOLS].node);
+}
+
+/* ---- models and scene ------------------------------------------------------------------------ */
+
+/* A relative path starts at the scene file's folder, so that a folder of scenes can be moved. */
+static const char *resolve_path(yaml_tree *tree, const char *path) {
+    const char *slash = strrchr(tree->file, '/');
+    const size_t folder = path[0] != '/' && slash != NULL ? (size_t)(slash - tree->file) + 1 : 0;
+    const size_t length = strlen(path);
+    char *resolved = yaml_allocate(tree, folder + length + 1);
+    if (resolved != NULL) {
+        memcpy(resolved, tree->file, folder);
+        memcpy(resolved + folder, path, length + 1);
+    }
+    return resolved;
+}
+
+static shcd_model *find_loaded(const scene_draft *draft, const daemon_config *config, size_t i) {
+    for (size_t k = 0; k < i; k++) {
+        if (draft->bodies[k].model_path != NULL &&
+            strcmp(draft->bodies[k].model_path, draft->bodies[i].model_path) == 0) {
+            return config->models[k];
+        }
+    }
+    return NULL;
+}
+
+static bool make_model(scene_draft *draft, daemon_config *config, size_t i) {
+    const body_draft *body = &draft->bodies[i];
+    shcd_error problem = {SHCD_OK, ""};
+    shcd_status status = SHCD_OK;
+    if (body->model_path == NULL) {
+        status = config_ellipsoid(body->semi_axes_m, &config->models[i], &problem);
+    } else if ((config->models[i] = find_loaded(draft, config, i)) == NULL) {
+        const char *path = resolve_path(draft->tree, body->model_path);
+        if (path == NULL) {
+            return false;
+        }
+        status = shcd_model_load(path, NULL, &config->models[i], &problem);
+    }
+    if (status != SHCD_OK) {
+        return yaml_fail(draft->tree, body->shape, "no body can be made from it: %s",
+                         problem.message);
+    }
+    config->n_models = i + 1;
+    draft->body_defs[i].model = config->models[i];
+    config->body_in_world[i] = draft->body_defs[i].body_in_world;
+    return true;
+}
+
+static bool make_config(scene_draft *draft, daemon_config *config) {
+    shcd_error problem = {SHCD_OK, ""};
+    shcd_scene_def def = SHCD_SCENE_DEF_INIT;
+    config->rate_hz = draft->rate_hz;
+    config->device = draft->device;
+    memcpy(config->tool_ids, draft->tool_ids, sizeof config->tool_ids);
+    for (size_t i = 0; i < draft->n_bodies; i++) {
+        if (!make_model(draft, config, i)) {
+            return false;
+        }
+    }
+    def.bodies = draft->n_bodies > 0 ? draft->body_defs : NULL;
+    def.n_bodies = draft->n_bodies;
+    def.tools = draft->tool_defs;
+    def.n_tools = draft->n_tools;
+    return shcd_scene_create(&def, NULL, &config->scene, &problem) == SHCD_OK ||
+           yaml_fail(draft->tree, NULL, "%s", problem.message);
+}
+
+static bool load(yaml_tree *tree, daemon_config *config) {
+    daemon_config made = {0};
+    scene_draft *draft = yaml_allocate(tree, sizeof *draft);
+    if (draft == NULL) {
+        return false;
+    }
+    draft->tree = tree;
+    if (!yaml_read(tree) || !read_scene(draft) || !make_config(draft, &made)) {
+        config_free(&made);
+        return false;
+    }
+    *config = made;
+    return true;
+}
+
+bool config_load(const char *path, daemon_config *config, char *error, size_t error_size) {
+    yaml_tree tree = {.file = path, .error = error, .error_size = error_size};
+    /* in the C locale a number has a point, whatever the user's language; for this thread only */
+    const locale_t plain = newlocale(LC_ALL_MASK, "C", (locale_t)0);
+    if (plain == (locale_t)0) {
+        return yaml_fail(&tree, NULL, "out of memory");
+    }
+    const locale_t users = uselocale(plain);
+    const bool good = load(&tree, config);
+    yaml_release(&tree);
+    (void)uselocale(users);
+    freelocale(plain);
+    return good;
+}

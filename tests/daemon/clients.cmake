@@ -1,0 +1,28 @@
+# SPDX-License-Identifier: BSD-3-Clause
+# The clients that a user copies, and the demo, against the real daemon on a fitted body. They run
+# alone, since they look at rates; a sanitizer slows the loop down, so there any rate will do.
+set(rate_min 700)
+if(CMAKE_C_FLAGS MATCHES "-fsanitize")
+    set(rate_min 0)
+endif()
+set(client_environment
+    SHCD=$<TARGET_FILE:shcd_command> SHCDD=$<TARGET_FILE:shcdd> PRESS=$<TARGET_FILE:shcd_press>
+    PYTHON=${SHCD_PYTHON} SOURCE=${PROJECT_SOURCE_DIR} BUILD=${PROJECT_BINARY_DIR}
+    RATE_MIN=${rate_min} SHCD_MESHES_OPTIONAL=$<BOOL:${SHCD_MESHES_OPTIONAL}>)
+
+add_test(NAME python_client
+    COMMAND ${CMAKE_COMMAND} --build ${PROJECT_BINARY_DIR} --target python_client)
+set_tests_properties(python_client PROPERTIES LABELS daemon TIMEOUT 300 RUN_SERIAL ON
+                     FIXTURES_SETUP python_client)
+
+# shcd_add_client_test(NAME SCRIPT ARGUMENTS...); exit status 77: no namespace, or no mesh
+function(shcd_add_client_test name script)
+    add_test(NAME ${name} COMMAND sh ${CMAKE_CURRENT_SOURCE_DIR}/${script} ${ARGN})
+    set_tests_properties(${name} PROPERTIES LABELS daemon TIMEOUT 300 RUN_SERIAL ON
+                         SKIP_RETURN_CODE 77 FIXTURES_REQUIRED python_client
+                         ENVIRONMENT "${client_environment}")
+endfunction()
+
+shcd_add_client_test(clients_organ test_clients.sh ${PROJECT_SOURCE_DIR}/scenes/organ.obj m)
+shcd_add_client_test(clients_liver test_clients.sh "${SHCD_MESHES}/liver-smooth.obj" cm)
+shcd_add_client_test(demo test_demo.sh)

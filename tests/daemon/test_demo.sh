@@ -1,0 +1,63 @@
+#!/bin/sh
+# SPDX-License-Identifier: BSD-3-Clause
+# tools/demo.sh on the programs of this build: its table, its plots, and that it leaves nothing
+# running, also when it is interrupted. ctest sets SOURCE, BUILD, PYTHON and RATE_MIN.
+set -eu
+out=$BUILD/demo
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+
+# All that the demo starts works in its output folder.
+leftovers() {
+    for link in /proc/[0-9]*/cwd; do
+        if [ "$(readlink "$link" || true)" = "$out" ]; then
+            tr '\0' ' ' <"${link%cwd}cmdline" || true
+            echo
+        fi
+    done 2>/dev/null
+}
+
+status=0
+sh "$SOURCE/tools/demo.sh" --use "$BUILD" >"$work/demo.txt" 2>&1 || status=$?
+cat "$work/demo.txt"
+[ "$status" -ne 77 ] || exit 77
+[ "$status" -eq 0 ] || exit 1
+
+# stiffness, damping, slew and speed as in scenes/organ.yaml, device `generic` and the demo
+check="$PYTHON $SOURCE/tests/daemon/press_check.py"
+$check report "$out/press.txt" --rate-min "$RATE_MIN"
+$check table "$out/press.csv" --stiffness 400 --ratio 0.3 --reference-speed 0.1 --speed 0.01 \
+    --slew 500
+"$PYTHON" - "$out" <<'END'
+import pathlib
+import sys
+import xml.etree.ElementTree
+
+out = pathlib.Path(sys.argv[1])
+svg = xml.etree.ElementTree.parse(out / "press.svg").getroot()
+assert svg.tag == "{http://www.w3.org/2000/svg}svg", svg.tag
+text = "".join(svg.itertext())
+for words in ("force on the tool [N]", "penetration [mm]", "time [s]"):
+    assert words in text, words
+assert (out / "press.png").read_bytes().startswith(b"\x89PNG\r\n\x1a\n")
+END
+
+# Interrupted while the daemon runs: it says so in its log as soon as it does.
+rm -f "$out/shcdd.txt"
+sh "$SOURCE/tools/demo.sh" --use "$BUILD" >"$work/interrupted.txt" 2>&1 &
+demo=$!
+tries=0
+until [ -s "$out/shcdd.txt" ] || [ $tries -ge 600 ]; do
+    tries=$((tries + 1))
+    sleep 0.1
+done
+kill "$demo"
+status=0
+wait "$demo" || status=$?
+left=$(leftovers)
+if [ "$status" -ne 143 ] || [ -n "$left" ]; then
+    echo "interrupted: status $status, still running: $left" >&2
+    cat "$work/interrupted.txt" >&2
+    exit 1
+fi
+echo "interrupted in time, nothing left running"
