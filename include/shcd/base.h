@@ -9,6 +9,7 @@
  *  An options, definition or info structure starts with `struct_size`. Fill it with its `_INIT`
  *  macro, which records the size the *caller* was compiled with; fields are only ever appended, so
  *  an old caller keeps working with a new library. A field left zero means its documented default.
+ *  The layout of all other structures is frozen.
  */
 #ifndef SHCD_BASE_H
 #define SHCD_BASE_H
@@ -40,15 +41,21 @@ extern "C" {
 /** Highest degree l of a spherical-harmonics series that the library accepts. */
 #define SHCD_DEGREE_MAX 150
 
-/** Initialiser of a structure of which only struct_size is to be set. */
+/** Initialiser of a structure of which only struct_size is to be set; the rest is zero. */
 #ifdef __cplusplus
+/* C++11 has no designated initialisers, and a short list draws -Wmissing-field-initializers. */
 #define SHCD_SIZED_INIT(type)                                                                      \
-    { sizeof(type) }
+    []() {                                                                                         \
+        type all_zero = type();                                                                    \
+        all_zero.struct_size = sizeof(type);                                                       \
+        return all_zero;                                                                           \
+    }()
 #else
 #define SHCD_SIZED_INIT(type)                                                                      \
     { .struct_size = sizeof(type) }
 #endif
 
+/** A point, in metres unless a name says otherwise, or a direction. */
 typedef struct shcd_vec3 {
     double x, y, z;
 } shcd_vec3;
@@ -70,6 +77,7 @@ typedef struct shcd_wrench {
     shcd_vec3 torque_n_m;
 } shcd_wrench;
 
+/** What every function that can fail returns; 0 is success, errors are negative. */
 typedef enum shcd_status {
     SHCD_OK = 0,
     SHCD_ERR_ARGUMENT = -1,   /**< a null pointer, a value out of range, a size that does not fit */

@@ -60,9 +60,12 @@ SHCD_API SHCD_NODISCARD shcd_status shcd_mesh_create(const double *vertices_m, s
                                                      const uint32_t *triangles, size_t n_triangles,
                                                      shcd_mesh **mesh, shcd_mesh_report *report,
                                                      shcd_error *error);
+/** Accepts NULL. */
 SHCD_API void shcd_mesh_free(shcd_mesh *mesh);
 
+/** After merging and repair. */
 SHCD_API size_t shcd_mesh_vertex_count(const shcd_mesh *mesh);
+/** After repair. */
 SHCD_API size_t shcd_mesh_triangle_count(const shcd_mesh *mesh);
 /** 3 per vertex [m], owned by the mesh. */
 SHCD_API const double *shcd_mesh_vertices(const shcd_mesh *mesh);
@@ -139,6 +142,7 @@ SHCD_API SHCD_NODISCARD shcd_status shcd_parameterize(const shcd_mesh *mesh,
 SHCD_API SHCD_NODISCARD shcd_status shcd_synthesis(int degree, const double *coefficients,
                                                    size_t n_latitudes, size_t n_longitudes,
                                                    double *values);
+/** The way back from values to coefficients, see shcd_synthesis(). */
 SHCD_API SHCD_NODISCARD shcd_status shcd_analysis(int degree, const double *values,
                                                   size_t n_latitudes, size_t n_longitudes,
                                                   double *coefficients);

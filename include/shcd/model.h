@@ -15,6 +15,7 @@
 extern "C" {
 #endif
 
+/** A body: coefficients and what is derived from them once. Constant, shared by threads. */
 typedef struct shcd_model shcd_model;
 
 /** What the fit measured against the mesh it came from; stored in the model and in the file. All
@@ -81,6 +82,12 @@ typedef struct shcd_model_info {
     double map_one_crossing_share;  /**< share of texels whose ray crosses the surface once */
     double map_bilinear_error_m; /**< largest measured radius error of the bilinear look-up [m] */
     double map_hermite_error_m;  /**< the same of the cubic Hermite look-up [m] */
+    double map_bilinear_rms_m;   /**< rms of the same measured errors [m] */
+    double map_hermite_rms_m;
+    double map_equal_count_share; /**< share of cells whose nodes have equal counts of crossings */
+    double map_bounded_share;     /**< share of cells with a proven count and a proven error */
+    double map_bilinear_bound_m;  /**< largest proven radius error in those cells [m] */
+    double map_hermite_bound_m;
     shcd_fit_record fit;
 } shcd_model_info;
 #define SHCD_MODEL_INFO_INIT SHCD_SIZED_INIT(shcd_model_info)
@@ -111,6 +118,7 @@ SHCD_API SHCD_NODISCARD shcd_status shcd_model_describe(const shcd_model *model,
 /** The degree and the coefficients as given at creation, 3 (degree+1)^2 values, owned by the model.
  *  RT safe. */
 SHCD_API SHCD_RT int shcd_model_degree(const shcd_model *model);
+/** See shcd_model_degree(). RT safe. */
 SHCD_API SHCD_RT const double *shcd_model_coefficients(const shcd_model *model);
 
 /** Certified offset of a low-degree surface: every S(w) of the full model lies within offset_m of

@@ -20,6 +20,7 @@ typedef enum shcd_tier {
     SHCD_TIER_MAP = 2    /**< depth along the ray from the centre; NOT a distance (see below) */
 } shcd_tier;
 
+/** Bits of shcd_proximity::flags. */
 typedef enum shcd_proximity_flag {
     /** A cap was reached before the interval met the tolerance; [lower, upper] is still true. */
     SHCD_PROXIMITY_TRUNCATED = 1u << 0,
@@ -78,8 +79,8 @@ typedef struct shcd_query_options {
  *  evaluations_max evaluations (0.3 to 2 us each at degree 15); a tick sets them lower.
  *
  *  Tier map: the distance is the depth along the ray from the map's centre through p to the nearest
- *  crossing; its sign is right where the texels agree, its size is *not* the distance (rms 1-6 % of
- *  the diagonal off, see docs). */
+ *  crossing; its sign is certain unless SIGN_UNSURE is set, its size is *not* the distance (rms 1-6
+ * % of the diagonal off, see docs). */
 SHCD_API SHCD_RT SHCD_NODISCARD shcd_status shcd_closest(const shcd_model *model, shcd_vec3 point,
                                                          const shcd_query_options *options,
                                                          shcd_proximity *out);

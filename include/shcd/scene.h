@@ -18,11 +18,14 @@ extern "C" {
 #define SHCD_BODIES_MAX 64
 #define SHCD_TOOLS_MAX 16
 
+/** What is there, and how much of it; constant, shared by threads. */
 typedef struct shcd_scene shcd_scene;
+/** What changes from tick to tick; lies in the caller's memory. */
 typedef struct shcd_state shcd_state;
 
 /* ---- effects: the static table ------------------------------------------------------------- */
 
+/** One parameter of an effect and the values it may take. */
 typedef struct shcd_parameter_info {
     const char *name; /**< with its unit as suffix, e.g. "k_n_per_m" */
     const char *unit; /**< SI, e.g. "N/m"; "1" if dimensionless */
@@ -32,6 +35,7 @@ typedef struct shcd_parameter_info {
     const char *description;
 } shcd_parameter_info;
 
+/** One entry of the table of effects. */
 typedef struct shcd_effect_info {
     const char *name; /**< the key in a scene file, e.g. "stiffness" */
     const char *description;
@@ -46,6 +50,7 @@ SHCD_API SHCD_RT const shcd_effect_info *shcd_effect_at(size_t index);
 
 /* ---- definition ----------------------------------------------------------------------------- */
 
+/** A parameter that does not take its default. */
 typedef struct shcd_parameter_value {
     const char *name;
     double value;
@@ -70,6 +75,7 @@ typedef struct shcd_body_def {
 #define SHCD_BODY_DEF_INIT                                                                         \
     { sizeof(shcd_body_def), NULL, NULL, {{0.0, 0.0, 0.0}, {1.0, 0.0, 0.0, 0.0}}, NULL, 0 }
 
+/** Shape of a tool. */
 typedef enum shcd_tool_kind { SHCD_TOOL_POINT = 0, SHCD_TOOL_SPHERE = 1 } shcd_tool_kind;
 
 /** Start from SHCD_TOOL_DEF_INIT. In an array the stride is the first element's struct_size. */
@@ -102,12 +108,16 @@ typedef struct shcd_scene_def {
 SHCD_API SHCD_NODISCARD shcd_status shcd_scene_create(const shcd_scene_def *definition,
                                                       const shcd_allocator *allocator,
                                                       shcd_scene **scene, shcd_error *error);
+/** Accepts NULL; the models stay. */
 SHCD_API void shcd_scene_free(shcd_scene *scene);
 
+/** RT safe. */
 SHCD_API SHCD_RT size_t shcd_scene_body_count(const shcd_scene *scene);
+/** RT safe. */
 SHCD_API SHCD_RT size_t shcd_scene_tool_count(const shcd_scene *scene);
 /** NULL if the index is out of range. RT safe. */
 SHCD_API SHCD_RT const char *shcd_scene_body_name(const shcd_scene *scene, size_t body);
+/** NULL if the index is out of range. RT safe. */
 SHCD_API SHCD_RT const char *shcd_scene_tool_name(const shcd_scene *scene, size_t tool);
 
 /* ---- state ---------------------------------------------------------------------------------- */
@@ -122,6 +132,7 @@ SHCD_API SHCD_RT SHCD_NODISCARD shcd_status shcd_state_init(const shcd_scene *sc
 
 /* ---- the tick ------------------------------------------------------------------------------- */
 
+/** Bits of shcd_tool_input::flags. */
 typedef enum shcd_tool_input_flag {
     SHCD_TOOL_INPUT_ACTIVE =
         1u << 0 /**< without it the tool touches nothing and loses its contacts */
@@ -142,6 +153,7 @@ typedef struct shcd_input {
     size_t n_tools;
 } shcd_input;
 
+/** Bits of shcd_tool_output::flags. */
 typedef enum shcd_tool_output_flag {
     SHCD_TOOL_OUTPUT_CONTACT = 1u << 0,   /**< touches at least one body */
     SHCD_TOOL_OUTPUT_TRUNCATED = 1u << 1, /**< a query reached its cap; its interval is not tight */

@@ -6,6 +6,7 @@
 #define SHCD_SHCD_H
 
 #include "shcd/base.h"
+#include "shcd/map.h"
 #include "shcd/model.h"
 #include "shcd/query.h"
 #include "shcd/scene.h"

@@ -100,32 +100,29 @@ static void column_next_polar(column *c, int l, int m, position at) {
     }
 }
 
-/* G - w (w . G) = -w x (w x G): without the cancellation of the first form, whose radial part grows
+/* G - w (w . G) = (w x G) x w: without the cancellation of the first form, whose radial part grows
  * like l^2 near the poles while the tangential part stays below l. */
-static void tangential(shcd_vec3 w, shcd_vec3 g, double *out) {
-    const shcd_vec3 t = shcd_cross(shcd_cross(w, g), w);
-    out[0] = t.x;
-    out[1] = t.y;
-    out[2] = t.z;
+static shcd_vec3 tangential(shcd_vec3 w, shcd_vec3 g) {
+    return shcd_cross(shcd_cross(w, g), w);
 }
 
 /* Covariant Hessian P H P - (w . G) P of the restriction to the sphere of a function with Euclidean
- * gradient G and Hessian H (xx, xy, xz, yy, yz, zz); P = I - w w^T. */
+ * gradient G and Hessian H (xx, xy, xz, yy, yz, zz); P = I - w w^T, applied as above: near the
+ * poles w.H.w grows like l^4, what remains stays below l^2. */
 static void covariant_hessian(shcd_vec3 w, shcd_vec3 g, const double h[6], double out[6]) {
-    const shcd_vec3 hw = {h[0] * w.x + h[1] * w.y + h[2] * w.z,
-                          h[1] * w.x + h[3] * w.y + h[4] * w.z,
-                          h[2] * w.x + h[4] * w.y + h[5] * w.z};
-    const double whw = shcd_dot(w, hw);
+    const shcd_vec3 a = tangential(w, shcd_vec3_make(h[0], h[1], h[2]));
+    const shcd_vec3 b = tangential(w, shcd_vec3_make(h[1], h[3], h[4]));
+    const shcd_vec3 c = tangential(w, shcd_vec3_make(h[2], h[4], h[5]));
+    const shcd_vec3 x = tangential(w, shcd_vec3_make(a.x, b.x, c.x));
+    const shcd_vec3 y = tangential(w, shcd_vec3_make(a.y, b.y, c.y));
+    const shcd_vec3 z = tangential(w, shcd_vec3_make(a.z, b.z, c.z));
     const double wg = shcd_dot(w, g);
-    const double v[3] = {w.x, w.y, w.z};
-    const double q[3] = {hw.x, hw.y, hw.z};
-    int n = 0;
-    for (int i = 0; i < 3; i++) {
-        for (int k = i; k < 3; k++, n++) {
-            out[n] =
-                h[n] - q[i] * v[k] - v[i] * q[k] + (whw + wg) * v[i] * v[k] - (i == k ? wg : 0.0);
-        }
-    }
+    out[0] = x.x - wg * (w.y * w.y + w.z * w.z);
+    out[1] = 0.5 * (x.y + y.x) + wg * w.x * w.y;
+    out[2] = 0.5 * (x.z + z.x) + wg * w.x * w.z;
+    out[3] = y.y - wg * (w.x * w.x + w.z * w.z);
+    out[4] = 0.5 * (y.z + z.y) + wg * w.y * w.z;
+    out[5] = z.z - wg * (w.x * w.x + w.y * w.y);
 }
 
 /* Powers (x + i y)^m and their derivatives: d/dx (x+iy)^m = m (x+iy)^(m-1), d/dy = i m
@@ -144,7 +141,10 @@ static void put(const basis_output *out, size_t i, shcd_vec3 w, const double q[3
         out->y[i] = q[0] * t;
     }
     if (out->gradient != NULL) {
-        tangential(w, g, out->gradient + 3 * i);
+        const shcd_vec3 tangent = tangential(w, g);
+        out->gradient[3 * i] = tangent.x;
+        out->gradient[3 * i + 1] = tangent.y;
+        out->gradient[3 * i + 2] = tangent.z;
     }
     if (out->hessian != NULL) {
         const double h[6] = {q[0] * txx, q[0] * txy, q[1] * tx, q[0] * tyy, q[1] * ty, q[2] * t};

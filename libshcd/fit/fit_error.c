@@ -15,6 +15,10 @@
 #define FREQUENCY_MIN 48
 #define FREQUENCY_PER_DEGREE 2
 #define POINTS_PER_REPORT 512
+#define MAXIMUM_SHARE 1e-3 /* of the mesh's side of the Hausdorff distance: found to this */
+#define MAXIMUM_FLOOR 1e-5 /* of the diagonal, for a fit without error */
+#define MAXIMUM_LEVELS 20
+#define MAXIMUM_DISTANCES 400000
 #define PARALLEL_COSINE 0.86602540378443865 /* 30 degrees */
 
 struct shcdi_comparison {
@@ -200,6 +204,56 @@ static shcd_status measure_surface(const shcdi_comparison *c, tessellation *s, i
     return status;
 }
 
+/* The largest distance over whole mesh triangles, not samples alone. The distance to the surface is
+ * 1-Lipschitz, so over a triangle it is at most that of the centroid plus the way to the farthest
+ * corner; what could still exceed the largest distance found by MAXIMUM_SHARE of it is cut in four.
+ */
+static void find_mesh_maximum(const shcdi_comparison *c, const shcdi_triangle_tree *surface,
+                              double stop_above_m, shcdi_distance *distance) {
+    const double floor_m = MAXIMUM_FLOOR * c->body->diagonal_m;
+    size_t n_left = MAXIMUM_DISTANCES;
+    for (size_t t = 0; t < c->body->n_triangles && n_left > 0; ++t) {
+        shcd_vec3 stack[3 * MAXIMUM_LEVELS + 1][3];
+        size_t n = 1;
+        for (int k = 0; k < 3; ++k) {
+            stack[0][k] = c->body->positions_m[c->body->triangles[3 * t + (size_t)k]];
+        }
+        while (n > 0 && n_left > 0 && distance->hausdorff_m <= stop_above_m) {
+            const shcd_vec3 *top = stack[--n];
+            const shcd_vec3 x[3] = {top[0], top[1], top[2]};
+            const shcd_vec3 centre = shcd_scale(1.0 / 3.0, shcd_add(x[0], shcd_add(x[1], x[2])));
+            const double d = shcdi_triangle_tree_distance(surface, centre);
+            --n_left;
+            double reach = 0.0;
+            for (int k = 0; k < 3; ++k) {
+                reach = fmax(reach, shcd_norm(shcd_sub(x[k], centre)));
+            }
+            distance->hausdorff_m = fmax(distance->hausdorff_m, d);
+            const double enough =
+                distance->hausdorff_m + fmax(MAXIMUM_SHARE * distance->hausdorff_m, floor_m);
+            if (d + reach <= enough || n + 4 > sizeof stack / sizeof stack[0]) {
+                continue;
+            }
+            shcd_vec3 middle[3];
+            for (int k = 0; k < 3; ++k) {
+                middle[k] = shcd_scale(0.5, shcd_add(x[k], x[(k + 1) % 3]));
+            }
+            for (int k = 0; k < 3; ++k) {
+                stack[n][0] = x[k];
+                stack[n][1] = middle[k];
+                stack[n++][2] = middle[(k + 2) % 3];
+            }
+            for (int k = 0; k < 3; ++k) {
+                stack[n][k] = middle[k];
+            }
+            ++n;
+        }
+    }
+    if (distance->hausdorff_m > stop_above_m) {
+        distance->is_complete = 0;
+    }
+}
+
 /* Distances of the mesh's samples and vertices to the tessellated surface. */
 static shcd_status measure_mesh(const shcdi_comparison *c, const tessellation *s,
                                 double stop_above_m, const shcdi_progress *progress,
@@ -223,6 +277,9 @@ static shcd_status measure_mesh(const shcdi_comparison *c, const tessellation *s
             distance->is_complete = 0;
             break;
         }
+    }
+    if (status == SHCD_OK && distance->is_complete) {
+        find_mesh_maximum(c, tree, stop_above_m, distance);
     }
     shcdi_triangle_tree_free(tree);
     return status;

@@ -335,8 +335,9 @@ static int frame_box(const shcd_mesh *mesh, double centre[3], double *diagonal) 
  * explain, since its sign decides which side is inside.
  *
  * u = DBL_EPSILON/2. A determinant of centred coordinates is off by less than 8 u permanents (three
- * factors, five operations deep), the sum of n terms by n u more. A cross product of two sides is
- * off by less than 8 u times their lengths. */
+ * factors, five operations deep), the sum of n terms by n u more, and each by a few subnormal
+ * numbers where products underflow: coordinates are of order 1, but may differ by 600 decades. A
+ * cross product of two sides is off by less than 8 u times their lengths. */
 static shcd_status measure(topology *t, shcd_mesh_report *report) {
     shcd_mesh *mesh = t->mesh;
     const double u = 0.5 * DBL_EPSILON;
@@ -363,7 +364,7 @@ static shcd_status measure(topology *t, shcd_mesh_report *report) {
     }
     report->area_m2 = ldexp(two_areas, 2 * exponent - 1);
     report->volume_m3 = ldexp(six_volumes / 6.0, 3 * exponent);
-    if (!(fabs(six_volumes) > ((double)mesh->n_triangles + 8.0) * u * permanents)) {
+    if (!(fabs(six_volumes) > ((double)mesh->n_triangles + 8.0) * (u * permanents + DBL_MIN))) {
         return shcdi_fit_fail(t->error, SHCD_ERR_GEOMETRY,
                               "%s: the surface encloses no volume (%.3g m^3 is no more than "
                               "rounding)",

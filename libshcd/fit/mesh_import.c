@@ -243,7 +243,7 @@ static shcd_status gather(const shcdi_mesh_file *file, const struct aiScene *sce
 }
 
 /* From the scanned bytes to arrays. */
-static shcd_status import_scene(const shcdi_mesh_file *file, const mesh_format *format,
+static shcd_status import_scene(shcdi_mesh_file *file, const mesh_format *format,
                                 double unit_m, gathered *to) {
     const int is_obj = format->scan == shcdi_scan_obj;
     const int is_expanded = is_obj || format->scan == shcdi_scan_stl;
@@ -254,6 +254,9 @@ static shcd_status import_scene(const shcdi_mesh_file *file, const mesh_format *
         char reason[96];
         (void)snprintf(reason, sizeof reason, "%s", aiGetErrorString());
         shcdi_make_printable(reason);
+        if (strstr(reason, "bad_alloc") != NULL) {
+            return shcdi_scan_out_of_memory(file);
+        }
         return shcdi_fit_fail(file->error, SHCD_ERR_FORMAT, "%s: Assimp cannot read it: %s",
                               file->name, reason);
     }

@@ -167,6 +167,12 @@ shcd_status shcdi_scan_out_of_memory(shcdi_mesh_file *file) {
     return shcdi_fit_fail(file->error, SHCD_ERR_MEMORY, "%s: out of memory", file->name);
 }
 
+shcd_status shcdi_scan_many_corners(shcdi_mesh_file *file, size_t line) {
+    return shcdi_scan_fail(file, line,
+                           "a face of more than %d corners is not read; triangulate the mesh first",
+                           SHCDI_CORNERS_MAX);
+}
+
 int shcdi_append(shcdi_mesh_file *file, uint32_t value) {
     if (file->faces_length == file->faces_capacity) {
         const size_t capacity = file->faces_capacity > 0 ? 2 * file->faces_capacity : 1024;
@@ -205,5 +211,66 @@ shcd_status shcdi_scan_face(shcdi_mesh_file *file, size_t line_number, shcdi_wor
     }
     file->n_corners += (size_t)n;
     ++file->n_faces;
+    return SHCD_OK;
+}
+
+void shcdi_plain_bytes(shcdi_plain *text, const char *begin, size_t n) {
+    if (text->failed) {
+        return;
+    }
+    if (text->capacity - text->size < n) {
+        const size_t capacity = 2 * text->capacity + n + 1024;
+        char *grown = realloc(text->bytes, capacity);
+        if (grown == NULL) {
+            text->failed = 1;
+            return;
+        }
+        text->bytes = grown;
+        text->capacity = capacity;
+    }
+    memcpy(text->bytes + text->size, begin, n);
+    text->size += n;
+}
+
+void shcdi_plain_string(shcdi_plain *text, const char *string) {
+    shcdi_plain_bytes(text, string, strlen(string));
+}
+
+void shcdi_plain_integer(shcdi_plain *text, size_t value, char separator) {
+    char digits[32];
+    const int n = snprintf(digits, sizeof digits, "%zu%c", value, separator);
+    shcdi_plain_bytes(text, digits, (size_t)n);
+}
+
+void shcdi_plain_face(shcdi_plain *text, const shcdi_mesh_file *file, size_t n) {
+    shcdi_plain_integer(text, n, ' ');
+    for (size_t i = file->faces_length - n; i < file->faces_length; ++i) {
+        shcdi_plain_integer(text, file->faces[i], i + 1 < file->faces_length ? ' ' : '\n');
+    }
+}
+
+void shcdi_plain_number(shcdi_plain *text, shcdi_word word, char separator) {
+    if (*word.begin == '-' || *word.begin == '+') {
+        shcdi_plain_bytes(text, word.begin, 1);
+        ++word.begin;
+    }
+    if (*word.begin == '.') {
+        shcdi_plain_bytes(text, "0", 1);
+    }
+    shcdi_plain_bytes(text, word.begin, (size_t)(word.end - word.begin));
+    shcdi_plain_bytes(text, &separator, 1);
+}
+
+shcd_status shcdi_plain_end(shcdi_plain *text, shcdi_mesh_file *file, shcd_status status) {
+    if (status == SHCD_OK && text->failed) {
+        status = shcdi_scan_out_of_memory(file);
+    }
+    if (status != SHCD_OK) {
+        free(text->bytes);
+        return status;
+    }
+    free(file->bytes);
+    file->bytes = text->bytes;
+    file->size = text->size;
     return SHCD_OK;
 }

@@ -5,76 +5,14 @@
 
 #include "fail.h"
 
-#include <stdlib.h>
 #include <string.h>
 
 /* The importer skips OFF faces of more corners without a word. */
 enum { OFF_CORNERS_MAX = 9 };
 
-/* The text that replaces the file. Running out of memory is remembered and reported at the end. */
-typedef struct plain_text {
-    char *bytes;
-    size_t size, capacity;
-    int failed;
-} plain_text;
-
-static void put(plain_text *text, const char *begin, size_t n) {
-    if (text->failed) {
-        return;
-    }
-    if (text->capacity - text->size < n) {
-        const size_t capacity = 2 * text->capacity + n + 1024;
-        char *grown = realloc(text->bytes, capacity);
-        if (grown == NULL) {
-            text->failed = 1;
-            return;
-        }
-        text->bytes = grown;
-        text->capacity = capacity;
-    }
-    memcpy(text->bytes + text->size, begin, n);
-    text->size += n;
-}
-
-static void put_string(plain_text *text, const char *string) {
-    put(text, string, strlen(string));
-}
-
-static void put_word(plain_text *text, shcdi_word word, char separator) {
-    put(text, word.begin, (size_t)(word.end - word.begin));
-    put(text, &separator, 1);
-}
-
-/* The importer drops an OBJ vertex that starts with a bare point: .5 becomes 0.5. */
-static void put_number(plain_text *text, shcdi_word word, char separator) {
-    if (*word.begin == '-' || *word.begin == '+') {
-        put(text, word.begin, 1);
-        ++word.begin;
-    }
-    if (*word.begin == '.') {
-        put(text, "0", 1);
-    }
-    put_word(text, word, separator);
-}
-
-/* Puts the text in the file's place if all went well; releases what is not needed. */
-static shcd_status plain_text_end(plain_text *text, shcdi_mesh_file *file, shcd_status status) {
-    if (status == SHCD_OK && text->failed) {
-        status = shcdi_scan_out_of_memory(file);
-    }
-    if (status != SHCD_OK) {
-        free(text->bytes);
-        return status;
-    }
-    free(file->bytes);
-    file->bytes = text->bytes;
-    file->size = text->size;
-    return SHCD_OK;
-}
-
 /* "v x y z", "v x y z w" (homogeneous) or "v x y z r g b". */
 static shcd_status obj_vertex(shcdi_mesh_file *file, size_t line_number, shcdi_word line,
-                              plain_text *text) {
+                              shcdi_plain *text) {
     shcdi_word words[7];
     size_t n = 0;
     while (n < 7 && shcdi_next_word(&line, &words[n])) {
@@ -87,16 +25,16 @@ static shcd_status obj_vertex(shcdi_mesh_file *file, size_t line_number, shcdi_w
         return shcdi_scan_fail(file, line_number, "a vertex needs three numbers");
     }
     n = n == 4 ? 4 : 3;
-    put(text, "v ", 2);
+    shcdi_plain_bytes(text, "v ", 2);
     for (size_t k = 0; k < n; ++k) {
-        put_number(text, words[k], k + 1 < n ? ' ' : '\n');
+        shcdi_plain_number(text, words[k], k + 1 < n ? ' ' : '\n');
     }
     return SHCD_OK;
 }
 
 /* A corner is "v", "v/vt", "v//vn" or "v/vt/vn"; v counts from 1, or backward from the latest. */
 static shcd_status obj_corner(shcdi_mesh_file *file, size_t line_number, shcdi_word word,
-                              size_t n_so_far, plain_text *text) {
+                              size_t n_so_far, shcdi_plain *text) {
     const char *slash = memchr(word.begin, '/', (size_t)(word.end - word.begin));
     int64_t index = 0;
     if (slash != NULL) {
@@ -108,20 +46,20 @@ static shcd_status obj_corner(shcdi_mesh_file *file, size_t line_number, shcdi_w
                                (int)(word.end - word.begin < 24 ? word.end - word.begin : 24),
                                word.begin, file->n_vertices);
     }
-    put_word(text, word, ' ');
     index += index > 0 ? -1 : (int64_t)n_so_far;
+    shcdi_plain_integer(text, (size_t)index + 1, ' ');
     return shcdi_append(file, (uint32_t)index) ? SHCD_OK : shcdi_scan_out_of_memory(file);
 }
 
 static shcd_status obj_face(shcdi_mesh_file *file, size_t line_number, shcdi_word line,
-                            size_t n_so_far, plain_text *text) {
+                            size_t n_so_far, shcdi_plain *text) {
     const size_t start = file->faces_length;
     shcdi_word word = {NULL, NULL};
     size_t n = 0;
     if (!shcdi_append(file, 0)) {
         return shcdi_scan_out_of_memory(file);
     }
-    put(text, "f ", 2);
+    shcdi_plain_bytes(text, "f ", 2);
     while (shcdi_next_word(&line, &word)) {
         const shcd_status status = obj_corner(file, line_number, word, n_so_far, text);
         if (status != SHCD_OK) {
@@ -129,9 +67,12 @@ static shcd_status obj_face(shcdi_mesh_file *file, size_t line_number, shcdi_wor
         }
         ++n;
     }
-    put(text, "\n", 1);
+    shcdi_plain_bytes(text, "\n", 1);
     if (n < 3) {
         return shcdi_scan_fail(file, line_number, "a face needs three corners or more");
+    }
+    if (n > SHCDI_CORNERS_MAX) {
+        return shcdi_scan_many_corners(file, line_number);
     }
     file->faces[start] = (uint32_t)n;
     file->n_corners += n;
@@ -154,7 +95,7 @@ static size_t obj_count_vertices(const shcdi_mesh_file *file) {
 shcd_status shcdi_scan_obj(shcdi_mesh_file *file) {
     shcdi_cursor cursor = shcdi_cursor_at(file);
     shcdi_word line = {NULL, NULL}, word = {NULL, NULL};
-    plain_text text = {NULL, 0, 0, 0};
+    shcdi_plain text = {NULL, 0, 0, 0};
     shcd_status status = SHCD_OK;
     size_t n_so_far = 0;
     cursor.joins = 1;
@@ -170,7 +111,7 @@ shcd_status shcdi_scan_obj(shcdi_mesh_file *file) {
             status = obj_face(file, cursor.line, line, n_so_far, &text);
         }
     }
-    return plain_text_end(&text, file, status);
+    return shcdi_plain_end(&text, file, status);
 }
 
 /* The next line that holds a word; what is left of it after that word stays in `line`. */
@@ -185,7 +126,7 @@ static int next_filled_line(shcdi_cursor *cursor, shcdi_word *line, shcdi_word *
 
 /* "[ST][C][N]OFF", then the numbers of vertices, faces and edges, in the same line or the next. */
 static shcd_status off_header(shcdi_mesh_file *file, shcdi_cursor *cursor, size_t *n_faces,
-                              plain_text *text) {
+                              shcdi_plain *text) {
     static const char *const known[] = {"OFF",   "COFF",   "NOFF",   "CNOFF",
                                         "STOFF", "STCOFF", "STNOFF", "STCNOFF"};
     shcdi_word line = {NULL, NULL}, word = {NULL, NULL};
@@ -204,7 +145,7 @@ static shcd_status off_header(shcdi_mesh_file *file, shcdi_cursor *cursor, size_
     if (!shcdi_next_word(&line, &word) && !next_filled_line(cursor, &line, &word)) {
         return shcdi_scan_fail(file, cursor->line, "the file ends before its counts");
     }
-    put(text, "OFF\n", 4);
+    shcdi_plain_bytes(text, "OFF\n", 4);
     for (int k = 0; k < 2; ++k) {
         /* each vertex and each face takes a line */
         if ((k > 0 && !shcdi_next_word(&line, &word)) ||
@@ -213,15 +154,15 @@ static shcd_status off_header(shcdi_mesh_file *file, shcdi_cursor *cursor, size_
                                    "the numbers of vertices and faces are missing, or more than "
                                    "the file can hold");
         }
-        put_word(text, word, ' ');
+        shcdi_plain_integer(text, (size_t)count[k], ' ');
     }
-    put(text, "0\n", 2);
+    shcdi_plain_bytes(text, "0\n", 2);
     file->n_vertices = (size_t)count[0];
     *n_faces = (size_t)count[1];
     return SHCD_OK;
 }
 
-static shcd_status off_vertex(shcdi_mesh_file *file, shcdi_cursor *cursor, plain_text *text) {
+static shcd_status off_vertex(shcdi_mesh_file *file, shcdi_cursor *cursor, shcdi_plain *text) {
     shcdi_word line = {NULL, NULL}, word = {NULL, NULL};
     if (!next_filled_line(cursor, &line, &word)) {
         return shcdi_scan_fail(file, cursor->line, "the file ends before its %zu vertices",
@@ -231,15 +172,14 @@ static shcd_status off_vertex(shcdi_mesh_file *file, shcdi_cursor *cursor, plain
         if ((k > 0 && !shcdi_next_word(&line, &word)) || !shcdi_word_is_number(word)) {
             return shcdi_scan_fail(file, cursor->line, "a vertex needs three numbers");
         }
-        put_number(text, word, k < 2 ? ' ' : '\n');
+        shcdi_plain_number(text, word, k < 2 ? ' ' : '\n');
     }
     return SHCD_OK;
 }
 
 static shcd_status off_face(shcdi_mesh_file *file, shcdi_cursor *cursor, size_t n_faces,
-                            plain_text *text) {
+                            shcdi_plain *text) {
     shcdi_word line = {NULL, NULL}, word = {NULL, NULL};
-    const char *begin = NULL;
     int64_t n = 0;
     shcd_status status = SHCD_OK;
     if (!next_filled_line(cursor, &line, &word)) {
@@ -248,18 +188,16 @@ static shcd_status off_face(shcdi_mesh_file *file, shcdi_cursor *cursor, size_t 
     if (!shcdi_word_integer(word, 3, OFF_CORNERS_MAX, &n)) {
         return shcdi_scan_fail(file, cursor->line, "a face needs 3 to %d corners", OFF_CORNERS_MAX);
     }
-    begin = word.begin;
     status = shcdi_scan_face(file, cursor->line, &line, n);
-    if (status == SHCD_OK) { /* the corners end where the rest of the line begins */
-        const shcdi_word corners = {begin, line.begin};
-        put_word(text, corners, '\n');
+    if (status == SHCD_OK) {
+        shcdi_plain_face(text, file, (size_t)n);
     }
     return status;
 }
 
 shcd_status shcdi_scan_off(shcdi_mesh_file *file) {
     shcdi_cursor cursor = shcdi_cursor_at(file);
-    plain_text text = {NULL, 0, 0, 0};
+    shcdi_plain text = {NULL, 0, 0, 0};
     size_t n_faces = 0;
     shcd_status status = SHCD_OK;
     status = off_header(file, &cursor, &n_faces, &text);
@@ -269,28 +207,28 @@ shcd_status shcdi_scan_off(shcdi_mesh_file *file) {
     for (size_t i = 0; status == SHCD_OK && i < n_faces; ++i) {
         status = off_face(file, &cursor, n_faces, &text);
     }
-    return plain_text_end(&text, file, status);
+    return shcdi_plain_end(&text, file, status);
 }
 
 /* "vertex x y z" within a facet. */
 static shcd_status stl_vertex(shcdi_mesh_file *file, size_t line_number, shcdi_word line,
-                              plain_text *text) {
+                              shcdi_plain *text) {
     shcdi_word word = {NULL, NULL};
-    put_string(text, "vertex ");
+    shcdi_plain_string(text, "vertex ");
     for (int k = 0; k < 3; ++k) {
         if (!shcdi_next_word(&line, &word) || !shcdi_word_is_number(word)) {
             return shcdi_scan_fail(file, line_number, "a vertex needs three numbers");
         }
-        put_number(text, word, k < 2 ? ' ' : '\n');
+        shcdi_plain_number(text, word, k < 2 ? ' ' : '\n');
     }
     return SHCD_OK;
 }
 
 /* One line that starts with `word`; `n_in_facet` is the number of vertices, or -1 outside. */
 static shcd_status stl_line(shcdi_mesh_file *file, size_t line_number, shcdi_word word,
-                            shcdi_word rest, int *n_in_facet, plain_text *text) {
+                            shcdi_word rest, int *n_in_facet, shcdi_plain *text) {
     if (shcdi_word_is(word, "facet") && *n_in_facet < 0) {
-        put_string(text, "facet normal 0 0 0\nouter loop\n");
+        shcdi_plain_string(text, "facet normal 0 0 0\nouter loop\n");
         *n_in_facet = 0;
         return SHCD_OK;
     }
@@ -299,7 +237,7 @@ static shcd_status stl_line(shcdi_mesh_file *file, size_t line_number, shcdi_wor
         return stl_vertex(file, line_number, rest, text);
     }
     if (shcdi_word_is(word, "endfacet") && *n_in_facet == 3) {
-        put_string(text, "endloop\nendfacet\n");
+        shcdi_plain_string(text, "endloop\nendfacet\n");
         *n_in_facet = -1;
         ++file->n_faces;
         return SHCD_OK;
@@ -313,12 +251,12 @@ static shcd_status stl_line(shcdi_mesh_file *file, size_t line_number, shcdi_wor
 }
 
 /* Solids of facets; several may follow each other, and all are joined. */
-static shcd_status scan_stl_text(shcdi_mesh_file *file, plain_text *text) {
+static shcd_status scan_stl_text(shcdi_mesh_file *file, shcdi_plain *text) {
     shcdi_cursor cursor = shcdi_cursor_at(file);
     shcdi_word line = {NULL, NULL}, word = {NULL, NULL};
     shcd_status status = SHCD_OK;
     int is_open = 0, n_in_facet = -1;
-    put_string(text, "solid s\n");
+    shcdi_plain_string(text, "solid s\n");
     while (status == SHCD_OK && shcdi_next_line(&cursor, &line)) {
         if (!shcdi_next_word(&line, &word)) {
             continue;
@@ -329,18 +267,19 @@ static shcd_status scan_stl_text(shcdi_mesh_file *file, plain_text *text) {
             status = stl_line(file, cursor.line, word, line, &n_in_facet, text);
         }
     }
-    put_string(text, "endsolid s\n");
-    if (status == SHCD_OK && is_open) {
-        return shcdi_scan_fail(file, cursor.line, "the file ends before endsolid");
+    shcdi_plain_string(text, "endsolid s\n");
+    if (status == SHCD_OK && (is_open || n_in_facet >= 0)) {
+        return shcdi_scan_fail(file, cursor.line, "the file ends before %s",
+                               is_open ? "endsolid" : "endfacet");
     }
     return status;
 }
 
 static shcd_status rewrite_stl(shcdi_mesh_file *file) {
-    plain_text text = {NULL, 0, 0, 0};
+    shcdi_plain text = {NULL, 0, 0, 0};
     shcd_status status = SHCD_OK;
     status = scan_stl_text(file, &text);
-    return plain_text_end(&text, file, status);
+    return shcdi_plain_end(&text, file, status);
 }
 
 shcd_status shcdi_scan_stl(shcdi_mesh_file *file) {

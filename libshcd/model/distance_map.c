@@ -1,11 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The distance map's look-up, and its building.
+/* The distance map's look-up.
  *
- * Nodes are the lattice points of the octahedron |x| + |y| + |z| = N, so that there are no poles
- * and a look-up needs no trigonometry: q = N d/|d|_1 lies in a lattice triangle of one face, with
- * barycentric coordinates from the fractions of its coordinates.
+ * Linear: r = sum b_i r_i over the nodes around; on the latitude-longitude grid these are the four
+ * samples and the bilinear weights.
  *
- * Linear: r = sum b_i r_i. Hermite: the side-vertex method (Nielson, Math. Comput. 33, 1979, for
+ * Hermite, on the octahedral grid: the side-vertex method (Nielson, Math. Comput. 33, 1979, for
  * planar triangulations), with the radius as a function of R^3 that is constant along rays, so that
  * its gradient at a lattice point q is s/|q|, s the stored slope. On the edge opposite corner i:
  * the cubic with the two ends' values and derivatives; across it, along the normal nu of the great
@@ -15,63 +14,6 @@
  * and do not know the face, so r is C1 on the whole sphere, across the edges of the octahedron too.
  */
 #include "model/distance_map.h"
-
-#include "model/model.h"
-
-#include <string.h>
-
-/* 4098 nodes; resolution is not what limits a radial map (finer ones gain nothing for depth) */
-#define RESOLUTION 32
-
-/* ---- look-up ---- */
-
-typedef struct map_triangle {
-    int p[3][3];
-    double weight[3];
-} map_triangle;
-
-static map_triangle triangle_of(int n, shcd_vec3 d) {
-    const double sum = fabs(d.x) + fabs(d.y) + fabs(d.z);
-    const double q[3] = {fabs(d.x) / sum * n, fabs(d.y) / sum * n, fabs(d.z) / sum * n};
-    const double component[3] = {d.x, d.y, d.z};
-    int whole[3], left = n;
-    double part[3];
-    for (int k = 0; k < 3; k++) {
-        whole[k] = (int)q[k];
-        part[k] = q[k] - whole[k];
-        left -= whole[k];
-    }
-    /* Rounding can make the parts of a node sum to 0 or 3: it is then the nearest corner of a
-     * triangle of the first kind, with one weight of 1. */
-    const int up = left != 2;
-    if (left == 0 || left == 3) {
-        int top = 0;
-        for (int k = 1; k < 3; k++) {
-            top = whole[k] + part[k] > whole[top] + part[top] ? k : top;
-        }
-        whole[top] += left - 1;
-        for (int k = 0; k < 3; k++) {
-            part[k] = k == top ? 1.0 : 0.0;
-        }
-    }
-    map_triangle t;
-    for (int i = 0; i < 3; i++) {
-        t.weight[i] = up ? part[i] : 1.0 - part[i];
-        for (int k = 0; k < 3; k++) {
-            const int step = up ? (i == k) : (i != k);
-            t.p[i][k] = (whole[k] + step) * (component[k] < 0.0 ? -1 : 1);
-        }
-    }
-    const double total = t.weight[0] + t.weight[1] + t.weight[2];
-    for (int i = 0; i < 3; i++) {
-        t.weight[i] /= total;
-    }
-    return t;
-}
-
-static shcd_vec3 lattice_direction(const int p[3]) {
-    return shcd_unit(shcd_vec3_make((double)p[0], (double)p[1], (double)p[2]));
-}
 
 /* One crossing at the three nodes: radius and gradient over R^3 at the lattice points q. */
 typedef struct node_data {
@@ -124,293 +66,101 @@ static double hermite_radius(const node_data *n, const double b[3]) {
     return n->radius[top];
 }
 
-static double interpolate(const shcdi_map *map, const map_triangle *t, const size_t cell[3],
-                          uint32_t crossing, int hermite) {
+static double interpolate(const shcdi_stencil *at, const shcdi_crossing *const c[4], int hermite) {
+    if (!hermite) {
+        double r = 0.0;
+        for (int i = 0; i < at->n; i++) {
+            r += at->weight[i] * (double)c[i]->radius;
+        }
+        return r;
+    }
     node_data n;
     for (int i = 0; i < 3; i++) {
-        const shcdi_crossing *c = &map->crossing[map->first[cell[i]] + crossing];
-        n.radius[i] = (double)c->radius;
-        if (hermite) {
-            n.q[i] = shcd_vec3_make((double)t->p[i][0], (double)t->p[i][1], (double)t->p[i][2]);
-            n.gradient[i] = shcd_scale(
-                1.0 / shcd_norm(n.q[i]),
-                shcd_vec3_make((double)c->slope[0], (double)c->slope[1], (double)c->slope[2]));
-        }
+        n.radius[i] = (double)c[i]->radius;
+        n.q[i] = shcd_vec3_make((double)at->p[i][0], (double)at->p[i][1], (double)at->p[i][2]);
+        n.gradient[i] = shcd_scale(1.0 / shcd_norm(n.q[i]), shcdi_from_floats(c[i]->slope));
     }
-    const double *b = t->weight;
-    return hermite ? hermite_radius(&n, b)
-                   : b[0] * n.radius[0] + b[1] * n.radius[1] + b[2] * n.radius[2];
+    return hermite_radius(&n, at->weight);
 }
 
 void shcdi_map_look_up(const shcdi_map *map, shcd_vec3 direction, int hermite, shcdi_map_ray *ray) {
-    const map_triangle t = triangle_of(map->resolution, direction);
-    size_t cell[3];
-    int top = 0;
-    for (int i = 0; i < 3; i++) {
-        cell[i] = shcdi_lattice_cell(t.p[i], map->resolution);
-        top = t.weight[i] > t.weight[top] ? i : top;
+    shcdi_stencil *at = &ray->at;
+    shcdi_grid_locate(map->grid, map->resolution, direction, at);
+    int top = 0, agree = 1;
+    const uint8_t count = map->count[at->slot[0]];
+    for (int i = 0; i < at->n; i++) {
+        top = at->weight[i] > at->weight[top] ? i : top;
+        agree = agree && map->count[at->slot[i]] == count;
     }
-    ray->nearest_cell = cell[top];
-    const uint8_t count = map->count[cell[0]];
-    if (count == SHCDI_MAP_UNSURE || map->count[cell[1]] != count || map->count[cell[2]] != count) {
+    ray->nearest_cell = at->slot[top];
+    if (!agree || count == SHCDI_MAP_UNSURE) {
         ray->count = -1;
         return;
     }
     ray->count = count;
-    for (uint32_t n = 0; n < count; n++) {
-        ray->radius[n] = interpolate(map, &t, cell, n, hermite);
+    for (uint32_t k = 0; k < count; k++) {
+        const shcdi_crossing *c[4];
+        for (int i = 0; i < 4; i++) {
+            c[i] = &map->crossing[map->first[at->slot[i]] + k];
+        }
+        ray->radius[k] = interpolate(at, c, hermite);
     }
 }
 
-/* ---- building ---- */
-
-typedef struct ray_hit {
-    double radius;
-    shcd_vec3 w, normal;
-} ray_hit;
-
-/* Newton for S(w) - C parallel to d, from a leaf's centre; 1 if it converges in front of C. */
-static int refine(const shcd_model *model, shcd_vec3 d, shcd_vec3 start, ray_hit *hit) {
-    shcd_vec3 e1, e2, w = start;
-    shcdi_tangent_frame(d, &e1, &e2);
-    const double tolerance = 1e-13 * model->info.diagonal_m + 4.0 * model->evaluation_error_m;
-    for (int i = 0; i < 20; i++) {
-        shcdi_jet jet;
-        shcdi_surface_jet(&model->series, model->degree, w, &jet);
-        const shcd_vec3 x = shcd_sub(jet.s, model->map.centre);
-        const double f1 = shcd_dot(e1, x), f2 = shcd_dot(e2, x);
-        if (fabs(f1) + fabs(f2) <= tolerance) {
-            hit->radius = shcd_dot(d, x);
-            hit->w = w;
-            hit->normal = shcd_unit(shcd_cross(jet.s1, jet.s2));
-            return hit->radius > 0.0;
-        }
-        const double a = shcd_dot(e1, jet.s1), b = shcd_dot(e1, jet.s2);
-        const double c = shcd_dot(e2, jet.s1), e = shcd_dot(e2, jet.s2);
-        const double det = a * e - b * c;
-        if (det == 0.0) {
-            return 0;
-        }
-        double u = -(e * f1 - b * f2) / det, v = -(a * f2 - c * f1) / det;
-        const double length = sqrt(u * u + v * v);
-        if (!(length < 1.0)) {
-            return 0; /* leaves this leaf's neighbourhood: another leaf finds that root */
-        }
-        w = shcd_unit(shcd_mul_add(shcd_mul_add(w, u, jet.t1), v, jet.t2));
+void shcdi_map_take_nearest(const shcdi_map *map, shcdi_map_ray *ray) {
+    const size_t slot = ray->nearest_cell;
+    ray->count = map->count[slot] == SHCDI_MAP_UNSURE ? 0 : map->count[slot];
+    for (int k = 0; k < ray->count; k++) {
+        ray->radius[k] = (double)map->crossing[map->first[slot] + (uint32_t)k].radius;
     }
-    return 0;
+    ray->at.n = 1;
+    ray->at.slot[0] = slot;
+    ray->at.weight[0] = 1.0;
 }
 
-static int ball_meets_ray(const shcdi_ball *ball, shcd_vec3 origin, shcd_vec3 d) {
-    const shcd_vec3 v = shcd_sub(ball->centre, origin);
-    const double along = shcdi_max(0.0, shcd_dot(v, d));
-    const shcd_vec3 off = shcd_mul_add(v, -along, d);
-    return shcd_dot(off, off) <= ball->radius * ball->radius;
+void shcdi_map_detail(const shcdi_map *map, const shcdi_map_ray *ray, int k, shcd_vec3 unit,
+                      shcd_vec3 *slope, shcd_vec3 *parameter) {
+    const shcdi_stencil *at = &ray->at;
+    const shcd_vec3 zero = {0.0, 0.0, 0.0};
+    shcd_vec3 s = zero, w = zero;
+    for (int i = 0; i < at->n; i++) {
+        const shcdi_crossing *c = &map->crossing[map->first[at->slot[i]] + (uint32_t)k];
+        s = shcd_mul_add(s, at->weight[i], shcdi_from_floats(c->slope));
+        w = shcd_mul_add(w, at->weight[i], shcdi_from_floats(c->parameter));
+    }
+    *slope = shcd_mul_add(s, -shcd_dot(s, unit), unit);
+    /* samples on different sheets can cancel out: then the nearest node's own */
+    if (!(shcd_dot(w, w) > 0.25)) {
+        w = shcdi_from_floats(map->crossing[map->first[ray->nearest_cell] + (uint32_t)k].parameter);
+    }
+    *parameter = shcd_unit(w);
 }
 
-static void insert(ray_hit *hits, int *n, const ray_hit *hit, double apart) {
-    int at = 0;
-    for (int i = 0; i < *n; i++) {
-        if (fabs(hits[i].radius - hit->radius) <= apart &&
-            shcd_norm(shcd_sub(hits[i].w, hit->w)) <= 1e-6) {
-            return;
-        }
-        at += hits[i].radius < hit->radius;
+double shcdi_map_reference(const shcdi_map *map, const shcdi_stencil *at, int hermite) {
+    const shcdi_crossing *c[4];
+    for (int i = 0; i < 4; i++) {
+        c[i] = &map->reference[at->slot[i < at->n ? i : 0]];
     }
-    if (*n <= SHCDI_MAP_CROSSINGS_MAX) {
-        memmove(hits + at + 1, hits + at, (size_t)(*n - at) * sizeof *hits);
-        hits[at] = *hit;
-        (*n)++;
-    }
+    return interpolate(at, c, hermite && at->n == 3);
 }
 
-/* All crossings of a ray, nearest first: Newton from every leaf whose ball it meets. Returns their
- * number, which exceeds SHCDI_MAP_CROSSINGS_MAX if there are more than the map keeps. */
-static int cast(const shcd_model *model, shcd_vec3 d, ray_hit hits[SHCDI_MAP_CROSSINGS_MAX + 1]) {
-    const shcdi_tree *tree = &model->tree;
-    uint32_t stack[8 + 4 * (SHCDI_TREE_LEVEL_MAX + 1)];
-    int level_of[8 + 4 * (SHCDI_TREE_LEVEL_MAX + 1)];
-    int n_stack = 0, n = 0;
-    for (uint32_t i = 0; i < 8; i++) {
-        stack[n_stack] = i;
-        level_of[n_stack++] = 0;
+double shcdi_map_bound_at(const shcdi_map *map, const shcdi_stencil *at, int hermite) {
+    if (map->bound == NULL) {
+        return HUGE_VAL;
     }
-    while (n_stack > 0) {
-        const uint32_t i = stack[--n_stack];
-        const int level = level_of[n_stack];
-        const shcdi_ball *ball = &tree->ball[shcdi_tree_level_start(level) + i];
-        if (!ball_meets_ray(ball, model->map.centre, d)) {
-            continue;
-        }
-        if (level < tree->level) {
-            for (uint32_t k = 0; k < 4; k++) {
-                stack[n_stack] = 4 * i + k;
-                level_of[n_stack++] = level + 1;
-            }
-            continue;
-        }
-        const uint32_t *v = tree->leaf[i].vertex;
-        const shcd_vec3 sum =
-            shcd_add(tree->direction[v[0]], shcd_add(tree->direction[v[1]], tree->direction[v[2]]));
-        ray_hit hit;
-        if (refine(model, d, shcd_unit(sum), &hit)) {
-            insert(hits, &n, &hit, 1e-9 * model->info.diagonal_m);
-        }
-    }
-    return n;
+    return (double)map->bound[at->cell] * (hermite ? SHCDI_MAP_HERMITE_RATIO : 1.0);
 }
 
 /* Along a tangent e of the direction d: n . (dr d + r e) = 0, so grad r = -r (n - (n.d) d)/(n.d).
  */
-static shcdi_crossing crossing_of(const ray_hit *hit, shcd_vec3 d) {
-    const double nd = shcd_dot(hit->normal, d);
+shcdi_crossing shcdi_map_crossing(shcd_vec3 direction, double radius, shcd_vec3 normal,
+                                  shcd_vec3 parameter) {
+    const double nd = shcd_dot(normal, direction);
     /* a grazing ray has no slope; a capped one keeps the look-up finite */
     const double safe = fabs(nd) > 1e-3 ? nd : nd < 0.0 ? -1e-3 : 1e-3;
-    const shcd_vec3 s = shcd_scale(-hit->radius / safe, shcd_mul_add(hit->normal, -nd, d));
-    const shcdi_crossing c = {(float)hit->radius,
+    const shcd_vec3 s = shcd_scale(-radius / safe, shcd_mul_add(normal, -nd, direction));
+    const shcdi_crossing c = {(float)radius,
                               {(float)s.x, (float)s.y, (float)s.z},
-                              {(float)hit->w.x, (float)hit->w.y, (float)hit->w.z}};
+                              {(float)parameter.x, (float)parameter.y, (float)parameter.z}};
     return c;
-}
-
-typedef int (*node_visitor)(shcd_model *model, const int p[3], void *user);
-
-/* Visits every cell once for each lattice point that maps to it first. */
-static int visit_nodes(shcd_model *model, node_visitor visit, void *user) {
-    const int n = model->map.resolution;
-    for (int i = -n; i <= n; i++) {
-        const int rest = n - (i < 0 ? -i : i);
-        for (int j = -rest; j <= rest; j++) {
-            const int k = rest - (j < 0 ? -j : j);
-            const int up[3] = {i, j, k}, down[3] = {i, j, -k};
-            if (!visit(model, up, user) || (k != 0 && !visit(model, down, user))) {
-                return 0;
-            }
-        }
-    }
-    return 1;
-}
-
-typedef struct fill {
-    size_t capacity, odd, even;
-} fill;
-
-static int fill_node(shcd_model *model, const int p[3], void *user) {
-    fill *f = user;
-    shcdi_map *map = &model->map;
-    const shcd_vec3 d = lattice_direction(p);
-    const size_t cell = shcdi_lattice_cell(p, map->resolution);
-    ray_hit hits[SHCDI_MAP_CROSSINGS_MAX + 1];
-    const int n = cast(model, d, hits);
-    map->first[cell] = (uint32_t)map->n_crossings;
-    map->count[cell] = n <= SHCDI_MAP_CROSSINGS_MAX ? (uint8_t)n : SHCDI_MAP_UNSURE;
-    f->odd += n % 2 == 1;
-    f->even += n % 2 == 0;
-    if (n > SHCDI_MAP_CROSSINGS_MAX) {
-        return 1;
-    }
-    if (map->n_crossings + (size_t)n > f->capacity) {
-        const size_t capacity = 2 * f->capacity + SHCDI_MAP_CROSSINGS_MAX;
-        shcdi_crossing *larger =
-            model->allocator.allocate(capacity * sizeof *larger, model->allocator.user);
-        if (larger == NULL) {
-            return 0;
-        }
-        if (map->n_crossings > 0) {
-            memcpy(larger, map->crossing, map->n_crossings * sizeof *larger);
-        }
-        if (map->crossing != NULL) {
-            model->allocator.release(map->crossing, model->allocator.user);
-        }
-        map->crossing = larger;
-        f->capacity = capacity;
-    }
-    for (int i = 0; i < n; i++) {
-        map->crossing[map->n_crossings++] = crossing_of(&hits[i], d);
-    }
-    return 1;
-}
-
-typedef struct parity {
-    size_t one, all;
-    int most;
-} parity;
-
-/* From a fixed centre all rays cross a closed surface an odd number of times, or all an even
- * number; a ray that differs has grazed it. */
-static int check_parity(shcd_model *model, const int p[3], void *user) {
-    parity *count = user;
-    uint8_t *n = &model->map.count[shcdi_lattice_cell(p, model->map.resolution)];
-    if (*n != SHCDI_MAP_UNSURE && (*n % 2 == 1) != (model->map.centre_inside != 0)) {
-        *n = SHCDI_MAP_UNSURE;
-    }
-    count->all++;
-    count->one += *n == 1;
-    if (*n != SHCDI_MAP_UNSURE && *n > count->most) {
-        count->most = *n;
-    }
-    return 1;
-}
-
-/* Errors at directions off the nodes: a golden-angle spiral, 1021 of them (prime, so that it does
- * not fall into step with the lattice). */
-static void measure_errors(shcd_model *model) {
-    shcdi_map *map = &model->map;
-    for (int i = 0; i < 1021; i++) {
-        const double z = 1.0 - (2.0 * i + 1.0) / 1021.0, s = sqrt(1.0 - z * z);
-        const double phi = 2.39996322972865332 * i;
-        const shcd_vec3 d = {s * cos(phi), s * sin(phi), z};
-        shcdi_map_ray linear, hermite;
-        shcdi_map_look_up(map, d, 0, &linear);
-        shcdi_map_look_up(map, d, 1, &hermite);
-        ray_hit hits[SHCDI_MAP_CROSSINGS_MAX + 1];
-        const int n = linear.count > 0 ? cast(model, d, hits) : -1;
-        for (int k = 0; k < n && n == linear.count; k++) {
-            map->linear_error_m =
-                shcdi_max(map->linear_error_m, fabs(linear.radius[k] - hits[k].radius));
-            map->hermite_error_m =
-                shcdi_max(map->hermite_error_m, fabs(hermite.radius[k] - hits[k].radius));
-        }
-    }
-}
-
-shcd_status shcdi_map_create(shcd_model *model) {
-    shcdi_map *map = &model->map;
-    const size_t side = 2 * RESOLUTION + 1;
-    map->resolution = RESOLUTION;
-    map->centre = model->info.star_centre_m;
-    map->first = model->allocator.allocate(side * side * sizeof *map->first, model->allocator.user);
-    map->count = model->allocator.allocate(side * side, model->allocator.user);
-    if (map->first == NULL || map->count == NULL) {
-        return SHCD_ERR_MEMORY;
-    }
-    memset(map->first, 0, side * side * sizeof *map->first);
-    memset(map->count, SHCDI_MAP_UNSURE, side * side);
-    fill f = {0, 0, 0};
-    if (!visit_nodes(model, fill_node, &f)) {
-        return SHCD_ERR_MEMORY;
-    }
-    map->centre_inside = f.odd > f.even;
-    parity count = {0, 0, 0};
-    visit_nodes(model, check_parity, &count);
-    map->crossings_max = count.most;
-    map->one_crossing_share = (double)count.one / (double)count.all;
-    measure_errors(model);
-    return SHCD_OK;
-}
-
-void shcdi_map_free(shcdi_map *map, const shcd_allocator *allocator) {
-    void *pieces[3] = {map->first, map->count, map->crossing};
-    for (int i = 0; i < 3; i++) {
-        if (pieces[i] != NULL) {
-            allocator->release(pieces[i], allocator->user);
-        }
-    }
-    memset(map, 0, sizeof *map);
-}
-
-size_t shcdi_map_bytes(const shcdi_map *map) {
-    const size_t side = 2 * (size_t)map->resolution + 1;
-    return side * side * (sizeof *map->first + sizeof *map->count) +
-           map->n_crossings * sizeof *map->crossing;
 }

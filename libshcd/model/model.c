@@ -34,13 +34,13 @@ static double degree_bound(const double *coefficients, int l) {
 }
 
 /* Rounding of an evaluated S: each degree's part is a sum of products whose recurrence in z
- * amplifies the rounding of z by the derivative of Y, at most l(l+1)/2 at the pole, and of the
- * running sums by a small constant (first-order analysis; 2.2e-16 is the rounding unit of one
- * operation, doubled). */
-static double evaluation_error(const double *coefficients, int degree) {
+ * amplifies the rounding of z by the derivative of Y, at most l(l+1)/2 at the pole; the running
+ * sums over l and m add 2 (L + 1) roundings, products and powers a small constant (first-order
+ * analysis; 2.2e-16 is the rounding unit of one operation, doubled). */
+double shcdi_evaluation_error(const double *coefficients, int degree) {
     double sum = 0.0;
     for (int l = 0; l <= degree; l++) {
-        sum += (l * (l + 1.0) + 20.0) * degree_bound(coefficients, l);
+        sum += (l * (l + 1.0) + 2.0 * (degree + 1) + 20.0) * degree_bound(coefficients, l);
     }
     return 2.2e-16 * sum;
 }
@@ -115,10 +115,41 @@ static shcd_status fill_enclosure(shcd_model *model) {
 
 /* ---- creation ---- */
 
-static shcd_status check_definition(const shcd_model_def *def, shcd_error *error) {
-    if (def == NULL || def->struct_size < sizeof(shcd_model_def) || def->coefficients == NULL) {
+/* Older callers know a shorter definition: what they left out keeps its default. */
+static shcd_status read_definition(const shcd_model_def *given, shcd_model_def *def,
+                                   shcd_error *error) {
+    const shcd_model_def defaults = SHCD_MODEL_DEF_INIT;
+    if (given == NULL) {
+        return shcdi_fail(error, SHCD_ERR_ARGUMENT, "model_create: definition is null");
+    }
+    if (given->struct_size < sizeof given->struct_size) {
         return shcdi_fail(error, SHCD_ERR_ARGUMENT,
-                          "model_create: definition, coefficients or struct_size missing");
+                          "model_create: struct_size is %zu; use SHCD_MODEL_DEF_INIT",
+                          given->struct_size);
+    }
+    *def = defaults;
+    memcpy(def, given, given->struct_size < sizeof *def ? given->struct_size : sizeof *def);
+    return SHCD_OK;
+}
+
+/* A file with such a record would be refused: it must not be written. */
+static shcd_status check_fit(const shcd_fit_record *fit, shcd_error *error) {
+    const size_t first = offsetof(shcd_fit_record, mesh_diagonal_m);
+    for (size_t at = first; fit != NULL && at < sizeof *fit; at += sizeof(double)) {
+        double value;
+        memcpy(&value, (const char *)fit + at, sizeof value);
+        if (!shcdi_is_finite(value)) {
+            return shcdi_fail(error, SHCD_ERR_NOT_FINITE,
+                              "model_create: value %zu of the fit record is not finite",
+                              (at - first) / sizeof(double));
+        }
+    }
+    return SHCD_OK;
+}
+
+static shcd_status check_definition(const shcd_model_def *def, shcd_error *error) {
+    if (def->coefficients == NULL) {
+        return shcdi_fail(error, SHCD_ERR_ARGUMENT, "model_create: coefficients is null");
     }
     if (def->degree < 1 || def->degree > SHCD_DEGREE_MAX) {
         return shcdi_fail(error, SHCD_ERR_ARGUMENT, "model_create: degree %d is not in 1 .. %d",
@@ -143,7 +174,7 @@ static shcd_status check_definition(const shcd_model_def *def, shcd_error *error
                           "model_create: a coefficient of size %.3g m: bodies reach to 1e9 m",
                           largest);
     }
-    return SHCD_OK;
+    return check_fit(def->fit, error);
 }
 
 static shcd_status allocate_pieces(shcd_model *model) {
@@ -194,6 +225,16 @@ static shcd_status check_shape(const shcd_model *model, shcd_error *error) {
     return SHCD_OK;
 }
 
+static uint64_t bytes_of(const shcd_model *model) {
+    const shcdi_tree *tree = &model->tree;
+    return sizeof *model +
+           (3 * SHCD_COUNT(model->degree) + shcdi_recurrence_size(model->degree) +
+            6 * shcdi_pair_count(model->degree) + (size_t)model->degree + 1) *
+               sizeof(double) +
+           2 * tree->n_vertices * sizeof(shcd_vec3) + tree->n_leaves * sizeof(shcdi_leaf) +
+           shcdi_tree_ball_count(tree->level) * sizeof(shcdi_ball) + shcdi_map_bytes(&model->map);
+}
+
 static void fill_info(shcd_model *model, const shcd_model_def *def) {
     shcd_model_info *info = &model->info;
     const shcdi_tree *tree = &model->tree;
@@ -205,42 +246,48 @@ static void fill_info(shcd_model *model, const shcd_model_def *def) {
     info->max_second_derivative_m = model->m[1];
     info->max_deviation_m = tree->deviation_max;
     info->n_leaves = tree->n_leaves;
-    info->run_time_bytes =
-        sizeof *model +
-        (3 * SHCD_COUNT(model->degree) + shcdi_recurrence_size(model->degree) +
-         6 * shcdi_pair_count(model->degree) + (size_t)model->degree + 1) *
-            sizeof(double) +
-        2 * tree->n_vertices * sizeof(shcd_vec3) + tree->n_leaves * sizeof(shcdi_leaf) +
-        shcdi_tree_ball_count(tree->level) * sizeof(shcdi_ball) + shcdi_map_bytes(&model->map);
+    info->run_time_bytes = bytes_of(model);
     info->map_resolution = model->map.resolution;
     info->map_crossings_max = model->map.crossings_max;
     info->map_one_crossing_share = model->map.one_crossing_share;
     info->map_bilinear_error_m = model->map.linear_error_m;
     info->map_hermite_error_m = model->map.hermite_error_m;
+    info->map_bilinear_rms_m = model->map.linear_rms_m;
+    info->map_hermite_rms_m = model->map.hermite_rms_m;
+    info->map_equal_count_share = model->map.equal_count_share;
+    info->map_bounded_share = model->map.bounded_share;
+    info->map_bilinear_bound_m = model->map.bound_m;
+    info->map_hermite_bound_m = SHCDI_MAP_HERMITE_RATIO * model->map.bound_m;
     if (def->fit != NULL) {
         info->fit = *def->fit;
     }
 }
 
-static shcd_status build(shcd_model *model, const shcd_model_def *def, shcd_error *error) {
+/* Series, tree and bounds, and what follows from the tree. */
+static shcd_status build_surface(shcd_model *model, const double *coefficients, shcd_error *error) {
     const int degree = model->degree;
     shcd_status status = allocate_pieces(model);
     if (status == SHCD_OK) {
-        memcpy(model->coefficients, def->coefficients, 3 * SHCD_COUNT(degree) * sizeof(double));
+        memcpy(model->coefficients, coefficients, 3 * SHCD_COUNT(degree) * sizeof(double));
         shcdi_recurrence_fill(degree, model->recurrence);
         shcdi_pack(degree, model->coefficients, model->packed);
         model->series = (shcdi_series){degree, model->recurrence, model->packed};
-        model->evaluation_error_m = evaluation_error(model->coefficients, degree);
+        model->evaluation_error_m = shcdi_evaluation_error(model->coefficients, degree);
         status = derive_bounds(model);
     }
-    if (status == SHCD_OK) {
-        shcdi_shape_measure(model);
-        status = check_shape(model, error);
-        if (status != SHCD_OK) {
-            return status;
-        }
-        status = shcdi_shape_kernel(model);
+    if (status != SHCD_OK) {
+        return shcdi_fail(error, status, "model_create: %s", shcd_status_string(status));
     }
+    shcdi_shape_measure(model);
+    return check_shape(model, error);
+}
+
+static shcd_status build(shcd_model *model, const shcd_model_def *def, shcd_error *error) {
+    shcd_status status = build_surface(model, def->coefficients, error);
+    if (status != SHCD_OK) {
+        return status;
+    }
+    status = shcdi_shape_kernel(model);
     if (status == SHCD_OK) {
         status = fill_enclosure(model);
     }
@@ -250,7 +297,37 @@ static shcd_status build(shcd_model *model, const shcd_model_def *def, shcd_erro
     if (status != SHCD_OK) {
         return shcdi_fail(error, status, "model_create: %s", shcd_status_string(status));
     }
+    if (model->map.star_margin_m > 0.0) {
+        model->info.star_certainty = SHCD_CERTAINTY_PROVEN;
+    }
     fill_info(model, def);
+    return SHCD_OK;
+}
+
+static shcd_model *model_begin(int degree, const shcd_allocator *memory) {
+    shcd_model *made = memory->allocate(sizeof *made, memory->user);
+    if (made != NULL) {
+        memset(made, 0, sizeof *made);
+        made->allocator = *memory;
+        made->degree = degree;
+    }
+    return made;
+}
+
+shcd_status shcdi_model_create_plain(int degree, const double *coefficients,
+                                     const shcd_allocator *allocator, shcd_model **model,
+                                     shcd_error *error) {
+    shcd_model *made = model_begin(degree, allocator);
+    if (made == NULL) {
+        return shcdi_fail(error, SHCD_ERR_MEMORY, "model_create: out of memory");
+    }
+    const shcd_status status = build_surface(made, coefficients, error);
+    if (status != SHCD_OK) {
+        shcd_model_free(made);
+        return status;
+    }
+    made->info.run_time_bytes = bytes_of(made);
+    *model = made;
     return SHCD_OK;
 }
 
@@ -259,19 +336,20 @@ shcd_status shcd_model_create(const shcd_model_def *definition, const shcd_alloc
     if (model == NULL) {
         return shcdi_fail(error, SHCD_ERR_ARGUMENT, "model_create: no place for the model");
     }
-    shcd_status status = check_definition(definition, error);
+    shcd_model_def def;
+    shcd_status status = read_definition(definition, &def, error);
+    if (status == SHCD_OK) {
+        status = check_definition(&def, error);
+    }
     if (status != SHCD_OK) {
         return status;
     }
     const shcd_allocator memory = shcdi_allocator(allocator);
-    shcd_model *made = memory.allocate(sizeof *made, memory.user);
+    shcd_model *made = model_begin(def.degree, &memory);
     if (made == NULL) {
         return shcdi_fail(error, SHCD_ERR_MEMORY, "model_create: out of memory");
     }
-    memset(made, 0, sizeof *made);
-    made->allocator = memory;
-    made->degree = definition->degree;
-    status = build(made, definition, error);
+    status = build(made, &def, error);
     if (status != SHCD_OK) {
         shcd_model_free(made);
         return status;

@@ -23,6 +23,15 @@ struct shcd_model {
     shcd_model_info info;
 };
 
+/** Bound of the rounding error of an evaluated S, in the coefficients' unit. */
+double shcdi_evaluation_error(const double *coefficients, int degree);
+
+/** A model of the series alone: tree, bounds, box, ball and volume; no kernel, enclosure or map.
+ *  Errors are worded as by shcd_model_create(). */
+shcd_status shcdi_model_create_plain(int degree, const double *coefficients,
+                                     const shcd_allocator *allocator, shcd_model **model,
+                                     shcd_error *error);
+
 /** Fields of info that follow from the tree: box, ball, volume, area. */
 void shcdi_shape_measure(shcd_model *model);
 /** Kernel centre and margin. Needs 4 n_vertices doubles of scratch. @return SHCD_OK or

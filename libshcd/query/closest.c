@@ -31,6 +31,7 @@
 #define BALLS_MAX 12
 #define NEWTON_STEPS_MAX 24
 #define FAST_STARTS 4
+#define SIGN_GAP 2e-9       /* of the diagonal: thinner sheets are not told apart */
 #define SPLIT_LEVELS_MAX 28 /* a leaf's edge halves to 1e-10 of itself */
 
 typedef struct survivor {
@@ -121,8 +122,9 @@ static void add_ball(search *s, const shcdi_foot *foot) {
 /* Newton from a foot already evaluated; a local minimum becomes the best foot or at least a ball.
  */
 static void polish(search *s, shcdi_foot *foot) {
-    const int done =
-        shcdi_newton(s->model, s->p, NEWTON_STEPS_MAX, foot, &s->n_newton, &s->n_evaluations);
+    const uint32_t used = s->n_evaluations, max = s->evaluations_max;
+    const int steps = used + NEWTON_STEPS_MAX <= max ? NEWTON_STEPS_MAX : (int)(used < max);
+    const int done = shcdi_newton(s->model, s->p, steps, foot, &s->n_newton, &s->n_evaluations);
     if (foot->distance < s->upper) {
         s->upper = foot->distance;
         s->best = *foot;
@@ -315,7 +317,7 @@ static void traverse(search *s, void (*visit)(search *, uint32_t)) {
     }
 }
 
-/* Second pass over the whole tree, where the list of survivors was too short. */
+/* Second pass over the whole tree, where survivors were lost or bounds are too coarse. */
 static void settle_leaf(search *s, uint32_t index) {
     refine_leaf(s, index, 0.0);
 }
@@ -361,46 +363,68 @@ static void settle_fast(search *s) {
 
 /* ---- sign and result ---- */
 
+static double proven_lower(const search *s) {
+    const double bound = shcdi_max(s->lower, s->leaves_lower);
+    return shcdi_max(0.0, shcdi_min(bound, s->best.distance) - s->slack);
+}
+
+/* No room for another sheet of the surface between the foot and p. A coarse tolerance leaves room:
+ * a thin body's far side is as good a foot then, and p - S points the wrong way there. */
+static int is_narrow(const search *s) {
+    const double gap = s->best.distance + s->slack - proven_lower(s);
+    return gap <= shcdi_max(SIGN_GAP * s->model->info.diagonal_m, 4.0 * s->slack);
+}
+
+static int is_outside_ball(const search *s) {
+    return shcd_norm(shcd_sub(s->p, s->model->info.centre_m)) - s->model->info.radius_m > s->slack;
+}
+
 /* -1 inside, +1 outside. At a regular global foot of an embedded surface p - S is parallel to the
  * normal, and its direction decides. Where it is not parallel (a singular point), the surface cuts
  * itself, or the foot may not be the global one, the leaf tessellation's winding number decides if
  * p is farther from S than the tessellation is. Otherwise the foot's side is a guess, and said to
  * be one. */
-static double sign_of(search *s, shcd_vec3 normal, double lower, int is_global, int *is_sure) {
+static double sign_of(search *s, shcd_vec3 normal, int *is_sure) {
+    const shcdi_tree *tree = &s->model->tree;
+    const double lower = proven_lower(s);
     const double along = -shcd_dot(normal, s->best.r);
     const double guess = along < 0.0 ? -1.0 : 1.0;
     *is_sure = 1;
-    if (s->model->info.is_embedded && is_global && lower > 0.0 &&
+    if (is_outside_ball(s)) {
+        return 1.0;
+    }
+    if (s->model->info.is_embedded && is_narrow(s) && lower > 0.0 &&
         fabs(along) > 0.9 * s->best.distance) {
         return guess;
     }
-    if (s->is_exact && lower > s->model->tree.deviation_max &&
-        s->n_patches + s->model->tree.n_leaves <= s->patches_max) {
-        s->n_patches += (uint32_t)s->model->tree.n_leaves;
-        return shcdi_winding(&s->model->tree, s->p) > 0 ? -1.0 : 1.0;
+    if (s->is_exact && lower > tree->deviation_max &&
+        s->n_patches + tree->n_leaves <= s->patches_max) {
+        s->n_patches += (uint32_t)tree->n_leaves;
+        return shcdi_winding(tree, s->p) > 0 ? -1.0 : 1.0;
     }
     *is_sure = 0;
     return guess;
 }
 
-static void fill_foot(const search *s, const shcdi_foot *foot, shcd_proximity *out) {
-    out->point_m = foot->jet.s;
-    out->normal = shcdi_foot_normal(foot);
-    out->parameter = foot->w;
-    out->n_evaluations = s->n_evaluations;
-    out->n_patches = s->n_patches;
-    out->n_newton = s->n_newton;
+/* A distance that is good enough for a coarse tolerance may still leave the sign open. */
+static int needs_finer_search(const search *s) {
+    return s->is_exact && !s->truncated && s->model->info.is_embedded && !is_narrow(s) &&
+           !is_outside_ball(s) && proven_lower(s) <= s->model->tree.deviation_max;
 }
 
 static void fill_result(search *s, double allowed, shcd_proximity *out) {
     const double distance = s->best.distance;
     const double upper = distance + s->slack;
-    const double bound = shcdi_min(shcdi_max(s->lower, s->leaves_lower), distance);
-    const double lower = shcdi_max(0.0, bound - s->slack);
-    const int is_global = upper - lower <= allowed;
+    const double lower = proven_lower(s);
+    const shcd_vec3 normal = shcdi_foot_normal(&s->best);
     int is_sure;
-    const double sign = sign_of(s, shcdi_foot_normal(&s->best), lower, is_global, &is_sure);
-    fill_foot(s, &s->best, out);
+    const double sign = sign_of(s, normal, &is_sure);
+    out->point_m = s->best.jet.s;
+    out->normal = normal;
+    out->parameter = s->best.w;
+    out->n_evaluations = s->n_evaluations;
+    out->n_patches = s->n_patches;
+    out->n_newton = s->n_newton;
     out->distance_m = sign * distance;
     out->lower_m = sign < 0.0 ? -upper : lower;
     out->upper_m = sign < 0.0 ? -lower : upper;
@@ -409,7 +433,7 @@ static void fill_result(search *s, double allowed, shcd_proximity *out) {
         out->lower_m = -upper;
         out->upper_m = upper;
     }
-    if (!is_global) {
+    if (!(upper - lower <= allowed)) {
         out->flags |= SHCD_PROXIMITY_TRUNCATED;
     }
     if (s->not_stationary) {
@@ -465,6 +489,11 @@ void shcdi_query_certified(const shcd_model *model, shcd_vec3 p, const shcd_quer
         traverse(&s, settle_leaf);
     } else {
         settle_survivors(&s);
+    }
+    if (needs_finer_search(&s)) {
+        s.tolerance = shcdi_min(s.tolerance, 0.5 * SIGN_GAP * model->info.diagonal_m);
+        s.lower = HUGE_VAL;
+        traverse(&s, settle_leaf);
     }
     fill_result(&s, allowed, out);
 }

@@ -22,20 +22,9 @@ static void try_edge(shcd_vec3 p, const shcd_vec3 x[3], int i, int k, nearest *b
     }
 }
 
-double shcdi_triangle_distance(shcd_vec3 p, const shcd_vec3 x[3], double b[3]) {
-    const shcd_vec3 e1 = shcd_sub(x[1], x[0]), e2 = shcd_sub(x[2], x[0]), q = shcd_sub(p, x[0]);
-    const shcd_vec3 n = shcd_cross(e1, e2);
-    const double nn = shcd_dot(n, n);
-    if (nn > 0.0) {
-        const double b1 = shcd_dot(shcd_cross(q, e2), n) / nn;
-        const double b2 = shcd_dot(shcd_cross(e1, q), n) / nn;
-        if (b1 >= 0.0 && b2 >= 0.0 && b1 + b2 <= 1.0) {
-            b[0] = 1.0 - b1 - b2;
-            b[1] = b1;
-            b[2] = b2;
-            return fabs(shcd_dot(q, n)) / sqrt(nn);
-        }
-    }
+/* To the nearest edge; with the triangle's height over its longest edge taken off, a lower bound
+ * for what lies between the edges of a sliver. */
+static double edge_distance(shcd_vec3 p, const shcd_vec3 x[3], double height, double b[3]) {
     nearest best = {HUGE_VAL, {1.0, 0.0, 0.0}};
     try_edge(p, x, 0, 1, &best);
     try_edge(p, x, 1, 2, &best);
@@ -43,7 +32,34 @@ double shcdi_triangle_distance(shcd_vec3 p, const shcd_vec3 x[3], double b[3]) {
     for (int i = 0; i < 3; i++) {
         b[i] = best.b[i];
     }
-    return sqrt(best.d2);
+    return shcdi_max(0.0, sqrt(best.d2) - height);
+}
+
+double shcdi_triangle_distance(shcd_vec3 p, const shcd_vec3 x[3], double b[3]) {
+    const shcd_vec3 e1 = shcd_sub(x[1], x[0]), e2 = shcd_sub(x[2], x[0]), q = shcd_sub(p, x[0]);
+    const shcd_vec3 n = shcd_cross(e1, e2);
+    const double nn = shcd_dot(n, n);
+    if (!(nn > 0.0)) {
+        return edge_distance(p, x, 0.0, b);
+    }
+    const double b1 = shcd_dot(shcd_cross(q, e2), n) / nn;
+    const double b2 = shcd_dot(shcd_cross(e1, q), n) / nn;
+    if (!(b1 >= 0.0 && b2 >= 0.0 && b1 + b2 <= 1.0)) {
+        return edge_distance(p, x, 0.0, b);
+    }
+    b[0] = 1.0 - b1 - b2;
+    b[1] = b1;
+    b[2] = b2;
+    /* n rounds by 6e-16 |e1||e2|, which tilts the plane of a sliver: never say too much */
+    const double qq = shcd_dot(q, q), length = sqrt(nn);
+    const double ee = shcdi_max(shcd_dot(e1, e1), shcd_dot(e2, e2));
+    const double tilt = 8e-16 * ee / length;
+    const double plane = shcdi_max(0.0, fabs(shcd_dot(q, n)) / length - tilt * sqrt(qq));
+    if (tilt < 1e-13) {
+        return plane;
+    }
+    double unused[3];
+    return shcdi_max(plane, edge_distance(p, x, length / sqrt(ee), unused));
 }
 
 void shcdi_patch_of_leaf(const shcdi_tree *tree, size_t leaf, shcdi_patch *patch) {

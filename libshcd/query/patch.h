@@ -10,8 +10,8 @@ typedef struct shcdi_patch {
     shcd_vec3 x[3]; /**< S there */
 } shcdi_patch;
 
-/** Distance from a point to a triangle; b gets the barycentric coordinates of the closest point.
- *  RT safe. */
+/** Distance from a point to a triangle, rounded down (of a sliver by up to its height); b gets the
+ *  barycentric coordinates of the closest point. RT safe. */
 double shcdi_triangle_distance(shcd_vec3 p, const shcd_vec3 x[3], double b[3]);
 
 /** The leaf as a patch. RT safe. */

@@ -35,7 +35,7 @@ shcd_status shcd_closest(const shcd_model *model, shcd_vec3 point,
     }
     memset(out, 0, sizeof *out);
     if (read.tier == SHCD_TIER_MAP) {
-        shcdi_query_map(model, point, read.map_hermite != 0, out);
+        shcdi_query_map(model, &model->map, point, read.map_hermite != 0, out);
     } else {
         shcdi_query_certified(model, point, &read, out);
     }

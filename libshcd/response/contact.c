@@ -45,23 +45,28 @@
  * of itself. It slows a slide over a sharp ridge down. */
 #define TURN_COSINE 0.9
 
-/* Speed [m/s] beyond which a motion within a tick is not a hand's but a jump (a client that starts
- * again elsewhere, a device that was reset): nothing is continued, the certified closest point
- * decides anew. Hands reach about 5 m/s. */
-#define JUMP_SPEED 20.0
+/* Speed [m/s] beyond which a motion is not a hand's but a jump (a client that starts again
+ * elsewhere, a device that was reset): nothing is continued, the certified closest point decides
+ * anew. Hands reach about 5 m/s. A client may be slower than the tick, or stall: the time is
+ * counted from the last tick in which the tool moved, up to STILL_MAX_S, after which a daemon lets
+ * go anyway. */
+#define JUMP_SPEED 10.0
+#define STILL_MAX_S 0.05
 
 /* Shares of the way from the proxy to the tool that are tried for one step of a slide. */
 static const double slide_shares[] = {0.5, 0.125, 0.03125, 0.0078125};
 #define N_SHARES (sizeof slide_shares / sizeof slide_shares[0])
 
 /* Caps of one query in a tick, so that a tick's time has a bound. Inside an uneven body of degree
- * 15 half of the queries need 300 bounds and 30 evaluations; an evaluation takes about 1 us there,
- * a bound 10 to 30 ns. The bounds leave room for the pass over all leaves (8192 at degree 15) by
- * which the winding number tells the side of a point whose closest point is not settled. At a cap
- * (near the centre of a nearly round body, for a tool that was not followed there) the answer is
- * flagged and its interval is still true. */
-#define TICK_PATCHES_MAX 12000u
+ * 15 half of the queries need 300 bounds and 30 evaluations; an evaluation takes about 1 us there
+ * and grows with the number of harmonics, so that its cap falls with it; a bound takes 10 to 30 ns.
+ * On top comes room for one pass over all leaves, by which the winding number tells the side of a
+ * point whose closest point is not settled. At a cap (near the centre of a nearly round body, for a
+ * tool that was not followed there) the answer is flagged and its interval is still true. */
+#define TICK_PATCHES_MAX 4096u
 #define TICK_EVALUATIONS_MAX 400u
+#define TICK_EVALUATIONS_MIN 24u
+#define TICK_EVALUATIONS_HARMONICS 256u /* (15 + 1)^2 */
 
 /* Rounding of a distance computed from coordinates of size a: a few units in the last place. */
 #define DISTANCE_ROUNDING (16.0 * 0x1p-53)
@@ -158,6 +163,13 @@ static uint32_t tool_flags(uint32_t proximity_flags) {
     return flags;
 }
 
+static uint32_t evaluations_max(const shcdi_body *body) {
+    const uint32_t n = TICK_EVALUATIONS_MAX * TICK_EVALUATIONS_HARMONICS / body->n_harmonics;
+    return n > TICK_EVALUATIONS_MAX   ? TICK_EVALUATIONS_MAX
+           : n < TICK_EVALUATIONS_MIN ? TICK_EVALUATIONS_MIN
+                                      : n;
+}
+
 void shcdi_contact_update(const shcdi_body *body, double radius_m, shcd_vec3 p, double dt_s,
                           shcdi_contact *contact, shcdi_gap *out) {
     const shcdi_gap nothing = {0};
@@ -168,16 +180,17 @@ void shcdi_contact_update(const shcdi_body *body, double radius_m, shcd_vec3 p, 
     shcd_proximity followed;
     shcd_proximity closest;
     *out = nothing;
-    if (motion > JUMP_SPEED * dt_s) {
+    if (motion > JUMP_SPEED * (contact->still_s + dt_s)) {
         contact->is_known = 0;
         contact->is_touching = 0;
     }
+    contact->still_s = motion > 0.0 ? 0.0 : shcdi_min(contact->still_s + dt_s, STILL_MAX_S);
     if (contact->is_touching && keep_proxy(&u, &followed, out)) {
         settle(radius_m, p, &followed, -HUGE_VAL, contact, out);
         return;
     }
-    options.patches_max = TICK_PATCHES_MAX;
-    options.evaluations_max = TICK_EVALUATIONS_MAX;
+    options.patches_max = TICK_PATCHES_MAX + body->n_leaves;
+    options.evaluations_max = evaluations_max(body);
     if (shcd_closest(body->model, p, &options, &closest) != SHCD_OK) {
         /* cannot happen for a finite point; if it does, the bound is all that is known */
         contact->is_known = 0;
@@ -189,8 +202,12 @@ void shcdi_contact_update(const shcdi_body *body, double radius_m, shcd_vec3 p, 
     }
     count(out, &closest);
     out->flags = tool_flags(closest.flags);
-    if ((closest.flags & SHCD_PROXIMITY_SIGN_UNSURE) != 0) {
-        closest.distance_m = fabs(closest.distance_m); /* no force on a guess */
+    if ((closest.flags & SHCD_PROXIMITY_SIGN_UNSURE) != 0 &&
+        fabs(closest.distance_m) > body->deviation_m) {
+        /* No force on a guess; but nearer to the surface than its leaves, where the winding number
+         * cannot tell, the side seen at the nearest foot known stands: a wrong one is worth a force
+         * of stiffness times that small distance only, and a contact has to begin somewhere. */
+        closest.distance_m = fabs(closest.distance_m);
     }
     if (contact->is_known && !contact->is_touching && closest.distance_m < 0.0 &&
         !is_continued_by(&u, &closest) && follow(&u, p, &followed, out) &&

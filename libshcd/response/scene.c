@@ -262,6 +262,9 @@ static shcd_status fill_body(shcd_scene *scene, const shcd_body_def *definition,
     body->ball_centre_m = info.centre_m;
     body->ball_radius_m = info.radius_m;
     body->diagonal_m = info.diagonal_m;
+    body->deviation_m = info.max_deviation_m;
+    body->n_leaves = (uint32_t)info.n_leaves;
+    body->n_harmonics = (uint32_t)SHCD_COUNT(info.degree);
     body->effects = active;
     body->memory_offset = scene->tool_memory_bytes;
     status = shcdi_effects_resolve(definition->name, definition->effects, definition->n_effects,

@@ -24,6 +24,9 @@ typedef struct shcdi_body {
     shcd_vec3 ball_centre_m; /**< certified enclosing ball, body frame */
     double ball_radius_m;
     double diagonal_m;
+    double deviation_m; /**< of the surface from its leaf triangles, at most */
+    uint32_t n_leaves;
+    uint32_t n_harmonics;
     const shcdi_active_effect *effects; /**< dense, in table order; inside the scene's block */
     size_t n_effects;
     size_t memory_offset; /**< of this body's effects, in the effect memory of one tool */
@@ -54,6 +57,7 @@ typedef struct shcdi_contact {
     shcd_vec3 normal;    /**< outward normal there */
     shcd_vec3 parameter; /**< its parameter */
     double lower_m;      /**< certified lower bound of the signed distance of tool_m, or -inf */
+    double still_s;      /**< time since tool_m last changed, at most 50 ms */
     uint32_t is_known;   /**< 0: nothing above is valid */
     uint32_t is_touching;
 } shcdi_contact;
