@@ -17,8 +17,9 @@ _Static_assert((int)REJECT_SIZE == SHCDMSG_LOOP_STATUS_T_REJECT_SIZE &&
                    (int)REJECT_QUEUE == SHCDMSG_LOOP_STATUS_T_REJECT_QUEUE,
                "reasons are those of the wire");
 
-/* Differences of two such values cannot overflow. */
-#define INTEGER_MAX ((int64_t)1 << 62)
+/* Differences of two such values, of either sign, cannot overflow. */
+#define INTEGER_MAX (((int64_t)1 << 62) - 1)
+#define LOST_MAX 1000000
 
 void messages_count_reject(rx_counters *counters, reject_reason reason) {
     atomic_fetch_add_explicit(&counters->reject[reason], 1, memory_order_relaxed);
@@ -98,7 +99,10 @@ static void accept(const shcdmsg_tool_pose_t *m, int64_t recv_ns, tool_track *tr
     const shcd_vec3 position = shcd_vec3_make(m->pos[0], m->pos[1], m->pos[2]);
 
     if (track->any && m->seq > track->seq + 1) {
-        atomic_fetch_add_explicit(&counters->lost, m->seq - track->seq - 1, memory_order_relaxed);
+        /* a gap that no loss explains is a client that starts again; the counter must not wrap */
+        const int64_t gap = m->seq - track->seq - 1;
+        atomic_fetch_add_explicit(&counters->lost, gap < LOST_MAX ? gap : LOST_MAX,
+                                  memory_order_relaxed);
     }
     track->any = true;
     track->seq = m->seq;

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "options.h"
 
+#include "options_help.h"
 #include "privileges.h"
 #include "transport.h"
 
@@ -9,29 +10,9 @@
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #define DURATION_MAX_S 1e9
-
-static const char help_text[] =
-    "Usage: shcdd [OPTION]... [SCENE.yaml]\n"
-    "Serves the forces of soft bodies to haptic tools over LCM, by default 1000 times a second.\n"
-    "Without a scene file: an ellipsoid (semi-axes 8, 6, 5 cm), a point tool 0 and a sphere tool "
-    "1\n"
-    "of 3 mm.\n"
-    "\n"
-    "  --channel-prefix=P  channels P_TOOL, P_FORCE, P_STATUS, P_DEFORM, P_COMMAND, P_ACK\n"
-    "                      (default SHCD; letters, digits and _)\n"
-    "  --lcm-url=URL       LCM network (default $LCM_DEFAULT_URL, else LCM's own default)\n"
-    "  --duration=S        end after S seconds (default: run until SIGTERM or SIGINT)\n"
-    "  --priority=N        SCHED_FIFO priority of the loop, 1 to 99 (default 80)\n"
-    "  --cpu=N             bind the loop to CPU N (default: any)\n"
-    "  --require-rt        fail unless SCHED_FIFO, locked memory and the CPU asked for are "
-    "granted\n"
-    "  --quiet             no start-up and no end line\n"
-    "  --help, --version\n"
-    "\n"
-    "SIGTERM, SIGINT and SIGHUP let all forces ramp to zero, publish the zero, and end.\n"
-    "Exit status: 0 done, 1 failed, 2 bad usage.\n";
 
 static bool parse_number(const char *name, const char *text, double min, double max,
                          double *value) {
@@ -61,7 +42,7 @@ static bool parse_integer(const char *name, const char *text, int min, int max, 
 
 static bool take_option(int option, const char *text, options *out) {
     switch (option) {
-    case 'p':
+    case OPTIONS_PREFIX:
         out->prefix = text;
         if (!transport_prefix_is_valid(text)) {
             fprintf(stderr,
@@ -70,19 +51,19 @@ static bool take_option(int option, const char *text, options *out) {
             return false;
         }
         return true;
-    case 'u':
+    case OPTIONS_URL:
         out->url = text;
         return true;
-    case 'd':
+    case OPTIONS_DURATION:
         return parse_number("duration", text, 1e-3, DURATION_MAX_S, &out->duration_s);
-    case 'r':
+    case OPTIONS_PRIORITY:
         return parse_integer("priority", text, 1, 99, &out->priority);
-    case 'c':
+    case OPTIONS_CPU:
         return parse_integer("cpu", text, 0, 1023, &out->cpu);
-    case 'R':
+    case OPTIONS_REQUIRE_RT:
         out->require_rt = true;
         return true;
-    case 'q':
+    case OPTIONS_QUIET:
         out->quiet = true;
         return true;
     default: /* getopt_long has said what is wrong */
@@ -90,27 +71,30 @@ static bool take_option(int option, const char *text, options *out) {
     }
 }
 
+/* getopt_long's own table; `table` has a place for --help and for the zeros at the end, since the
+ * help's one ends with a null name, too. */
+static void fill_table(struct option table[HELP_OPTIONS_MAX + 1]) {
+    memset(table, 0, (HELP_OPTIONS_MAX + 1) * sizeof *table);
+    table[0] = (struct option){help_option_help.name, no_argument, NULL, help_option_help.key};
+    for (int i = 0; options_help.options[i].name != NULL; i++) {
+        const option_help *option = &options_help.options[i];
+        table[i + 1] = (struct option){option->name,
+                                       option->argument != NULL ? required_argument : no_argument,
+                                       NULL, option->key};
+    }
+}
+
 options_result options_parse(int argc, char **argv, options *out) {
-    static const struct option table[] = {
-        {"channel-prefix", required_argument, NULL, 'p'},
-        {"lcm-url", required_argument, NULL, 'u'},
-        {"duration", required_argument, NULL, 'd'},
-        {"priority", required_argument, NULL, 'r'},
-        {"cpu", required_argument, NULL, 'c'},
-        {"require-rt", no_argument, NULL, 'R'},
-        {"quiet", no_argument, NULL, 'q'},
-        {"help", no_argument, NULL, 'h'},
-        {"version", no_argument, NULL, 'v'},
-        {NULL, 0, NULL, 0},
-    };
+    struct option table[HELP_OPTIONS_MAX + 1];
+    fill_table(table);
     *out = (options){NULL, "SHCD", NULL, 0.0, 80, PRIVILEGES_CPU_ANY, false, false};
     int option;
-    while ((option = getopt_long(argc, argv, "", table, NULL)) != -1) {
-        if (option == 'h') {
-            fputs(help_text, stdout);
+    while ((option = getopt_long(argc, argv, "h", table, NULL)) != -1) {
+        if (option == OPTION_HELP) {
+            help_print_command(stdout, "", &options_help);
             return OPTIONS_DONE;
         }
-        if (option == 'v') {
+        if (option == OPTIONS_VERSION) {
             printf("shcdd %d.%d.%d\n", SHCD_VERSION_MAJOR, SHCD_VERSION_MINOR, SHCD_VERSION_PATCH);
             return OPTIONS_DONE;
         }

@@ -83,10 +83,18 @@ shcd_wrench safety_apply(const safety_limits *limits, safety_state *state, shcd_
     w.force_n = shcd_scale(state->gain, w.force_n);
     w.torque_n_m = shcd_scale(state->gain, w.torque_n_m);
 
+    /* The gain moves the force too, so that the two together could exceed the cap of the slew: what
+     * leaves is limited once more. Where the gain rests at 1 this changes no bit. */
+    w.force_n = safety_slew(state->published.force_n, w.force_n, step, &force_acted);
+    w.torque_n_m =
+        safety_slew(state->published.torque_n_m, w.torque_n_m, torque_step, &torque_acted);
+    *flags |= force_acted || torque_acted ? SAFETY_SLEW : 0u;
+
     if (!wrench_is_finite(&w)) {
         *flags |= SAFETY_FAULT;
-        *state = (safety_state){zero, 0.0};
+        *state = (safety_state){zero, 0.0, zero};
         return zero;
     }
+    state->published = w;
     return w;
 }

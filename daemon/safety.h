@@ -52,8 +52,9 @@ typedef struct safety_limits {
 
 /** Memory of the chain between ticks; all zero: no force yet, soft start ahead. */
 typedef struct safety_state {
-    shcd_wrench slewed; /* after the slew stage */
-    double gain;        /* of the ramp, 0 .. 1 */
+    shcd_wrench slewed;    /* after the slew stage */
+    double gain;           /* of the ramp, 0 .. 1 */
+    shcd_wrench published; /* what left the chain last */
 } safety_state;
 
 typedef enum safety_wish {

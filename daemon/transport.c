@@ -5,6 +5,7 @@
 #include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <time.h>
 #include <unistd.h>
 
 #define HANDLE_TIMEOUT_MS 100
@@ -131,7 +132,11 @@ static void on_command(const lcm_recv_buf_t *buffer, const char *channel, void *
 static void *run_receiver(void *argument) {
     receiver *r = argument;
     while (!atomic_load_explicit(&r->s->stop_receive, memory_order_acquire)) {
-        lcm_handle_timeout(r->t->receive, HANDLE_TIMEOUT_MS);
+        if (lcm_handle_timeout(r->t->receive, HANDLE_TIMEOUT_MS) < 0) {
+            /* an error that lasts must not keep a CPU busy */
+            const struct timespec pause = {0, 10000000};
+            nanosleep(&pause, NULL);
+        }
     }
     return NULL;
 }

@@ -73,7 +73,7 @@ int arguments_next(arguments *a) {
         return report_bad_option(a, result);
     }
     if (result == OPTION_HELP) {
-        help_print_command(stdout, a->help);
+        help_print_command(stdout, "shcd ", a->help);
         return ARGUMENTS_HELPED;
     }
     return result;

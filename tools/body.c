@@ -154,5 +154,11 @@ void body_write_json(json_writer *json, const shcd_model_info *info) {
     json_number(json, "map_one_crossing_share", info->map_one_crossing_share);
     json_number(json, "map_bilinear_error_m", info->map_bilinear_error_m);
     json_number(json, "map_hermite_error_m", info->map_hermite_error_m);
+    json_number(json, "map_bilinear_rms_m", info->map_bilinear_rms_m);
+    json_number(json, "map_hermite_rms_m", info->map_hermite_rms_m);
+    json_number(json, "map_equal_count_share", info->map_equal_count_share);
+    json_number(json, "map_bounded_share", info->map_bounded_share);
+    json_number(json, "map_bilinear_bound_m", info->map_bilinear_bound_m);
+    json_number(json, "map_hermite_bound_m", info->map_hermite_bound_m);
     body_write_fit_record(json, "fit", &info->fit);
 }

@@ -5,12 +5,14 @@
 #include "body.h"
 #include "commands.h"
 #include "fit_report.h"
+#include "import_child.h"
 #include "number.h"
 #include "output.h"
 #include "progress.h"
 #include "report.h"
 
 #include <errno.h>
+#include <math.h>
 #include <stddef.h>
 #include <string.h>
 #include <time.h>
@@ -28,8 +30,21 @@ typedef struct fit_request {
     int degree_max; /**< 0: not given */
     double tolerance_m;
     double area_weight;
+    import_limits import;
     bool quiet;
 } fit_request;
+
+/* False: reported. */
+static bool take_import_limit(fit_request *request, int key, const char *value) {
+    const bool is_memory = key == OPTION_IMPORT_MEMORY;
+    const int most = is_memory ? IMPORT_MEMORY_MAX_MIB : IMPORT_TIME_MAX_S;
+    if (!number_parse_integer(value, 1, most,
+                              is_memory ? &request->import.memory_mib : &request->import.time_s)) {
+        report_usage("--import-%s %s: must be 1 to %d", is_memory ? "memory" : "time", value, most);
+        return false;
+    }
+    return true;
+}
 
 /* False: reported. */
 static bool take_option(fit_request *request, int key, const char *value) {
@@ -52,6 +67,9 @@ static bool take_option(fit_request *request, int key, const char *value) {
             return false;
         }
         return true;
+    case OPTION_IMPORT_MEMORY:
+    case OPTION_IMPORT_TIME:
+        return take_import_limit(request, key, value);
     case OPTION_TOLERANCE:
         if (!number_parse_length(value, &request->tolerance_m)) {
             report_usage("--tolerance %s: is not a positive length", value);
@@ -123,16 +141,26 @@ static double now_s(void) {
     return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
+/* Half a unit in the last place of the largest coordinate in single precision, in which the
+ * importer stores positions. */
+static double import_rounding(const shcd_mesh *mesh, double unit_m) {
+    const double *coordinates = shcd_mesh_vertices(mesh);
+    double largest = 0.0;
+    for (size_t i = 0; i < 3 * shcd_mesh_vertex_count(mesh); i++) {
+        largest = fmax(largest, fabs(coordinates[i]));
+    }
+    return fmax(0x1p-24 * largest, 0x1p-150 * unit_m);
+}
+
 static shcd_mesh *import_mesh(const fit_request *request, fit_result *result) {
-    shcd_mesh *mesh = NULL;
-    shcd_error error = {SHCD_OK, ""};
-    const shcd_status status =
-        shcd_mesh_import(request->mesh, request->unit_m, &mesh, &result->mesh, &error);
-    if (status != SHCD_OK) {
-        report_failure("%s", report_reason(status, &error));
+    shcd_mesh *mesh =
+        import_in_child(request->mesh, request->unit_m, &request->import, &result->mesh);
+    if (mesh == NULL) {
         return NULL;
     }
     body_warn_size(result->mesh.diagonal_m);
+    result->import_rounding_m = import_rounding(mesh, request->unit_m);
+    fit_report_warn_rounding(result);
     return mesh;
 }
 
@@ -199,7 +227,7 @@ static bool write_results(const fit_request *request, const shcd_model *model,
 }
 
 int command_fit(int argc, char **argv) {
-    fit_request request = {NULL, NULL, NULL, 1.0, 0, 0, 0.0, 0.0, false};
+    fit_request request = {.unit_m = 1.0};
     const int status = parse_request(argc, argv, &request);
     if (status >= 0) {
         return status;

@@ -50,6 +50,11 @@ static void print_info(const char *path, const shcd_model_info *info) {
            100.0 * info->map_one_crossing_share);
     body_print_length(stdout, "  bilinear error", info->map_bilinear_error_m, info->diagonal_m);
     body_print_length(stdout, "  Hermite error", info->map_hermite_error_m, info->diagonal_m);
+    printf("  with a proven error %.3g %% of the cells\n", 100.0 * info->map_bounded_share);
+    if (info->map_bounded_share > 0.0) {
+        body_print_length(stdout, "  bilinear bound", info->map_bilinear_bound_m, info->diagonal_m);
+        body_print_length(stdout, "  Hermite bound", info->map_hermite_bound_m, info->diagonal_m);
+    }
     print_fit(&info->fit);
 }
 

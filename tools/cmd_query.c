@@ -7,10 +7,11 @@
 #include "number.h"
 #include "report.h"
 
-#include "shcd/query.h"
+#include "shcd/map.h"
 #include "shcd/vec.h"
 
 #include <math.h>
+#include <stdbool.h>
 #include <stddef.h>
 #include <string.h>
 #include <sys/stat.h>
@@ -30,8 +31,67 @@ static const flag_name flag_names[] = {{SHCD_PROXIMITY_TRUNCATED, "truncated"},
 typedef struct query_request {
     const char *path;
     int tier;
-    double tolerance_m; /**< 0: the library's default */
+    double tolerance_m;     /**< 0: the library's default */
+    const char *map_option; /**< the first option given that only the map tier knows, or NULL */
+    int interpolation;
+    int grid, resolution; /**< resolution 0: the library's default */
+    bool own_map;         /**< a map other than the body's is asked for */
 } query_request;
+
+/* One of two words; false: reported. */
+static bool parse_choice(const char *option, const char *text, const char *zero, const char *one,
+                         int *value) {
+    *value = strcmp(text, one) == 0;
+    if (*value == 0 && strcmp(text, zero) != 0) {
+        report_usage("--%s %s: must be %s or %s", option, text, zero, one);
+        return false;
+    }
+    return true;
+}
+
+static bool parse_tier(const char *text, int *tier) {
+    if (strcmp(text, "exact") == 0) {
+        *tier = SHCD_TIER_EXACT;
+    } else if (strcmp(text, "fast") == 0) {
+        *tier = SHCD_TIER_FAST;
+    } else if (strcmp(text, "map") == 0) {
+        *tier = SHCD_TIER_MAP;
+    } else {
+        report_usage("--tier %s: must be map, fast or exact", text);
+        return false;
+    }
+    return true;
+}
+
+/* False: reported. */
+static bool parse_option(int key, const char *value, query_request *request) {
+    switch (key) {
+    case OPTION_TOLERANCE:
+        if (!number_parse_length(value, &request->tolerance_m)) {
+            report_usage("--tolerance %s: is not a positive length", value);
+            return false;
+        }
+        return true;
+    case OPTION_INTERPOLATION:
+        request->map_option = "interpolation";
+        return parse_choice("interpolation", value, "linear", "hermite", &request->interpolation);
+    case OPTION_GRID:
+        request->map_option = "grid";
+        request->own_map = true;
+        return parse_choice("grid", value, "octahedral", "latlong", &request->grid);
+    case OPTION_RESOLUTION:
+        request->map_option = "resolution";
+        request->own_map = true;
+        if (!number_parse_integer(value, 2, SHCD_MAP_RESOLUTION_MAX, &request->resolution)) {
+            report_usage("--resolution %s: must be a whole number from 2 to %d", value,
+                         SHCD_MAP_RESOLUTION_MAX);
+            return false;
+        }
+        return true;
+    default:
+        return parse_tier(value, &request->tier);
+    }
+}
 
 /* Returns an exit status, or -1 if the command is to go on. */
 static int parse_request(int argc, char **argv, query_request *request) {
@@ -39,18 +99,8 @@ static int parse_request(int argc, char **argv, query_request *request) {
     int key;
     arguments_begin(&a, argc, argv);
     while ((key = arguments_next(&a)) > 0) {
-        if (key == OPTION_TOLERANCE) {
-            if (!number_parse_length(a.value, &request->tolerance_m)) {
-                return report_usage("--tolerance %s: is not a positive length", a.value);
-            }
-        } else if (strcmp(a.value, "exact") == 0) {
-            request->tier = SHCD_TIER_EXACT;
-        } else if (strcmp(a.value, "fast") == 0) {
-            request->tier = SHCD_TIER_FAST;
-        } else if (strcmp(a.value, "map") == 0) {
-            request->tier = SHCD_TIER_MAP;
-        } else {
-            return report_usage("--tier %s: must be map, fast or exact", a.value);
+        if (!parse_option(key, a.value, request)) {
+            return STATUS_USAGE;
         }
     }
     if (key != ARGUMENTS_END) {
@@ -58,6 +108,13 @@ static int parse_request(int argc, char **argv, query_request *request) {
     }
     if (request->tier == SHCD_TIER_MAP && request->tolerance_m > 0.0) {
         return report_usage("--tolerance has no meaning with --tier map");
+    }
+    if (request->tier != SHCD_TIER_MAP && request->map_option != NULL) {
+        return report_usage("--%s has a meaning with --tier map only", request->map_option);
+    }
+    if (request->interpolation == SHCD_MAP_HERMITE &&
+        request->grid == SHCD_MAP_LATITUDE_LONGITUDE) {
+        return report_usage("--interpolation hermite needs --grid octahedral");
     }
     request->path = arguments_operand(&a, "BODY.shcd");
     return request->path != NULL ? -1 : STATUS_USAGE;
@@ -92,7 +149,7 @@ static void print_row(shcd_vec3 p, const shcd_proximity *r) {
 }
 
 /* One row of input; false: reported. */
-static bool answer(const shcd_model *model, const shcd_model_info *info,
+static bool answer(const shcd_model *model, const shcd_map *map, const shcd_model_info *info,
                    const query_request *request, const csv_reader *reader) {
     double v[3];
     if (reader->n_fields != 3) {
@@ -106,11 +163,13 @@ static bool answer(const shcd_model *model, const shcd_model_info *info,
     const shcd_vec3 p = shcd_vec3_make(v[0], v[1], v[2]);
     shcd_query_options options = SHCD_QUERY_OPTIONS_INIT;
     options.tier = request->tier;
+    options.map_hermite = request->interpolation;
     if (request->tolerance_m > 0.0) {
         options.tolerance = relative_tolerance(info, p, request->tolerance_m);
     }
     shcd_proximity result;
-    const shcd_status status = shcd_closest(model, p, &options, &result);
+    const shcd_status status = map != NULL ? shcd_map_query(map, p, request->interpolation, &result)
+                                           : shcd_closest(model, p, &options, &result);
     if (status != SHCD_OK) {
         report_failure("%s:%lu: %s", reader->name, reader->line, shcd_status_string(status));
         return false;
@@ -119,7 +178,7 @@ static bool answer(const shcd_model *model, const shcd_model_info *info,
     return true;
 }
 
-static int answer_all(const shcd_model *model, const query_request *request) {
+static int answer_all(const shcd_model *model, const shcd_map *map, const query_request *request) {
     shcd_model_info info;
     if (!body_describe(model, &info)) {
         return STATUS_FAILED;
@@ -136,7 +195,7 @@ static int answer_all(const shcd_model *model, const query_request *request) {
     while ((row = csv_next(&reader)) == CSV_ROW) {
         const bool header = first && csv_is_header(&reader, "x,y,z");
         first = false;
-        if (!header && !answer(model, &info, request, &reader)) {
+        if (!header && !answer(model, map, &info, request, &reader)) {
             return STATUS_FAILED;
         }
         if (ferror(stdout)) {
@@ -146,8 +205,22 @@ static int answer_all(const shcd_model *model, const query_request *request) {
     return row == CSV_BAD ? STATUS_FAILED : STATUS_DONE;
 }
 
+/* False: reported. */
+static bool make_map(const shcd_model *model, const query_request *request, shcd_map **map) {
+    shcd_map_options options = SHCD_MAP_OPTIONS_INIT;
+    shcd_error error = {SHCD_OK, ""};
+    options.grid = request->grid;
+    options.resolution = request->resolution;
+    if (shcd_map_create(model, &options, NULL, map, &error) != SHCD_OK) {
+        report_failure("%s: %s", request->path, error.message);
+        return false;
+    }
+    return true;
+}
+
 int command_query(int argc, char **argv) {
-    query_request request = {NULL, SHCD_TIER_EXACT, 0.0};
+    query_request request = {
+        NULL, SHCD_TIER_EXACT, 0.0, NULL, SHCD_MAP_LINEAR, SHCD_MAP_OCTAHEDRAL, 0, false};
     const int status = parse_request(argc, argv, &request);
     if (status >= 0) {
         return status;
@@ -156,7 +229,12 @@ int command_query(int argc, char **argv) {
     if (model == NULL) {
         return STATUS_FAILED;
     }
-    const int result = answer_all(model, &request);
+    shcd_map *map = NULL;
+    int result = STATUS_FAILED;
+    if (!request.own_map || make_map(model, &request, &map)) {
+        result = answer_all(model, map, &request);
+    }
+    shcd_map_free(map);
     shcd_model_free(model);
     return result;
 }

@@ -8,6 +8,9 @@
 #include <inttypes.h>
 #include <stddef.h>
 
+/* As a share of the diagonal: a hundredth of the RMS error of a good fit. */
+#define ROUNDING_WORTH_A_WARNING 1e-5
+
 static void print_repair(FILE *file, uint64_t n, const char *what) {
     if (n > 0) {
         fprintf(file, "%-22s%" PRIu64 " %s\n", "", n, what);
@@ -29,6 +32,7 @@ static void print_mesh(FILE *file, const fit_result *r) {
     }
     body_print_length(file, "  diagonal", mesh->diagonal_m, 0.0);
     fprintf(file, "%-22s%.6g m^3, area %.6g m^2\n", "  volume", mesh->volume_m3, mesh->area_m2);
+    body_print_length(file, "  import rounding", r->import_rounding_m, mesh->diagonal_m);
 }
 
 void fit_report_text(FILE *file, const fit_result *r) {
@@ -52,7 +56,8 @@ void fit_report_text(FILE *file, const fit_result *r) {
             fit->time_model_s, fit->time_error_s);
 }
 
-static void write_mesh(json_writer *json, const shcd_mesh_report *mesh) {
+static void write_mesh(json_writer *json, const fit_result *r) {
+    const shcd_mesh_report *mesh = &r->mesh;
     json_open_object(json, "mesh");
     json_count(json, "n_vertices_read", mesh->n_vertices_read);
     json_count(json, "n_triangles_read", mesh->n_triangles_read);
@@ -67,6 +72,9 @@ static void write_mesh(json_writer *json, const shcd_mesh_report *mesh) {
     json_number(json, "diagonal_m", mesh->diagonal_m);
     json_number(json, "volume_m3", mesh->volume_m3);
     json_number(json, "area_m2", mesh->area_m2);
+    json_number(json, "import_rounding_m", r->import_rounding_m);
+    json_number(json, "import_rounding_percent_of_diagonal",
+                100.0 * r->import_rounding_m / mesh->diagonal_m);
     json_close_object(json);
 }
 
@@ -100,12 +108,25 @@ void fit_report_json(FILE *file, const fit_result *r) {
         json_null(&json, "tolerance_m");
     }
     json_number(&json, "time_s", r->time_s);
-    write_mesh(&json, &r->mesh);
+    write_mesh(&json, r);
     write_fit(&json, &r->fit);
     json_open_object(&json, "model");
     body_write_json(&json, &r->model);
     json_close_object(&json);
     json_end(&json);
+}
+
+void fit_report_warn_rounding(const fit_result *r) {
+    const double relative = r->import_rounding_m / r->mesh.diagonal_m;
+    if (relative > ROUNDING_WORTH_A_WARNING) {
+        report_warning("single precision of the import rounds coordinates by up to %.3g m, %.3g of "
+                       "the diagonal: move the mesh closer to its origin",
+                       r->import_rounding_m, relative);
+    } else if (r->tolerance_m > 0.0 && r->import_rounding_m > r->tolerance_m) {
+        report_warning("single precision of the import rounds coordinates by up to %.3g m, more "
+                       "than the tolerance of %.3g m",
+                       r->import_rounding_m, r->tolerance_m);
+    }
 }
 
 void fit_report_warnings(const fit_result *r) {

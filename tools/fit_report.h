@@ -13,6 +13,7 @@ typedef struct fit_result {
     double unit_m;
     double tolerance_m; /**< 0: the degree was given */
     shcd_mesh_report mesh;
+    double import_rounding_m; /**< of a coordinate, at most: the importer stores single precision */
     shcd_fit_report fit;
     shcd_model_info model;
     double time_s; /**< wall clock, from opening the mesh to the finished model */
@@ -20,6 +21,9 @@ typedef struct fit_result {
 
 void fit_report_text(FILE *file, const fit_result *result);
 void fit_report_json(FILE *file, const fit_result *result);
+
+/** Warns if the importer's rounding is more than 1e-5 of the diagonal, or than the tolerance. */
+void fit_report_warn_rounding(const fit_result *result);
 
 /** Warnings on the finished fit, on stderr. */
 void fit_report_warnings(const fit_result *result);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* --help: the texts, filled to the width of a terminal. */
+/* --help of one command, filled to the width of a terminal. */
 #include "help.h"
 
 #include <stddef.h>
@@ -8,14 +8,10 @@
 #define WIDTH 80
 #define OPTION_INDENT 8
 
-const command_help *help_find(const char *name) {
-    for (const command_help *command = help_commands; command->name != NULL; command++) {
-        if (strcmp(command->name, name) == 0) {
-            return command;
-        }
-    }
-    return NULL;
-}
+const option_help help_option_help = {"help", OPTION_HELP, NULL, "print this text"};
+
+const char help_exit_status[] =
+    "0: done. 1: failed; one line on standard error says why. 2: bad usage.";
 
 /* Fills one paragraph, indented; ends with a newline. */
 static void print_filled(FILE *file, const char *text, size_t length, int indent) {
@@ -36,7 +32,7 @@ static void print_filled(FILE *file, const char *text, size_t length, int indent
     fputc('\n', file);
 }
 
-static void print_text(FILE *file, const char *text) {
+void help_print_text(FILE *file, const char *text) {
     while (*text != '\0') {
         const size_t length = strcspn(text, "\n");
         if (length == 0) {
@@ -63,27 +59,14 @@ static void print_option(FILE *file, const option_help *option) {
     print_filled(file, option->text, strlen(option->text), OPTION_INDENT);
 }
 
-void help_print_command(FILE *file, const command_help *command) {
-    fprintf(file, "usage: shcd %s %s\n\n", command->name, command->synopsis);
-    print_text(file, command->text);
+void help_print_command(FILE *file, const char *prefix, const command_help *command) {
+    fprintf(file, "usage: %s%s %s\n\n", prefix, command->name, command->synopsis);
+    help_print_text(file, command->text);
     fputs("\noptions:\n", file);
     for (const option_help *option = command->options; option->name != NULL; option++) {
         print_option(file, option);
     }
     print_option(file, &help_option_help);
-}
-
-void help_print_overview(FILE *file) {
-    fprintf(file, "usage: shcd COMMAND ...\n\nshcd - %s\n\n", help_summary);
-    print_text(file, help_introduction);
-    fputs("\ncommands:\n", file);
-    for (const command_help *command = help_commands; command->name != NULL; command++) {
-        fprintf(file, "  %-14s%s\n", command->name, command->summary);
-    }
-    fputs("\n'shcd COMMAND --help' tells more; 'shcd --version' prints the version.\n\n"
-          "exit status:\n",
-          file);
-    print_text(file, help_exit_status);
-    fputs("\nexamples:\n", file);
-    print_text(file, help_examples);
+    fputs("\nexit status:\n", file);
+    help_print_text(file, help_exit_status);
 }

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What each subcommand takes and does, in one table: option parsing, --help and the man page all
- * read it, so they cannot disagree. */
+/* What each command takes and does, in one table: option parsing, --help, the man pages and the
+ * completion of shells all read it, so they cannot disagree. shcdd has its own entry, in daemon/.
+ */
 #ifndef SHCD_TOOLS_HELP_H
 #define SHCD_TOOLS_HELP_H
 
@@ -21,7 +22,12 @@ enum option_key {
     OPTION_AREA_WEIGHT,
     OPTION_JSON,
     OPTION_TIER,
-    OPTION_COMPLEX
+    OPTION_COMPLEX,
+    OPTION_IMPORT_MEMORY,
+    OPTION_IMPORT_TIME,
+    OPTION_GRID,
+    OPTION_RESOLUTION,
+    OPTION_INTERPOLATION
 };
 
 typedef struct option_help {
@@ -35,26 +41,34 @@ typedef struct option_help {
  *  they are. */
 typedef struct command_help {
     const char *name;
-    const char *synopsis; /**< behind "shcd NAME " */
+    const char *synopsis; /**< behind the name */
     const char *summary;  /**< one line */
     const char *text;
     option_help options[HELP_OPTIONS_MAX]; /**< ended by a null name; --help is added to all */
 } command_help;
 
+extern const option_help help_option_help;
+extern const char help_exit_status[];
+
+/** Paragraphs, filled to the width of a terminal. */
+void help_print_text(FILE *file, const char *text);
+
+/** The answer to --help; `prefix` stands before the command's name: "shcd " or "". */
+void help_print_command(FILE *file, const char *prefix, const command_help *command);
+
+/* ---- `shcd` itself ---- */
+
 /** All subcommands, ended by a null name. */
 extern const command_help help_commands[];
 
-extern const option_help help_option_help;
 extern const char help_summary[];
 extern const char help_introduction[];
-extern const char help_exit_status[];
 extern const char help_examples[];
 
 /** NULL if there is no such subcommand. */
 const command_help *help_find(const char *name);
 
-/** `shcd --help` and `shcd NAME --help`. */
+/** `shcd --help`. */
 void help_print_overview(FILE *file);
-void help_print_command(FILE *file, const command_help *command);
 
 #endif

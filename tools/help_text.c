@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The words of --help and of the man page; nothing else lives here. */
+/* The words of `shcd --help` and of its man pages; nothing else lives here. */
 #include "help.h"
 
 #include <stddef.h>
@@ -14,17 +14,12 @@ const char help_introduction[] =
     "A file is written under a temporary name and renamed when it is complete: a command that "
     "fails leaves no output file behind.";
 
-const char help_exit_status[] =
-    "0: done. 1: failed; one line on standard error says why. 2: bad usage.";
-
 const char help_examples[] = "  shcd fit liver.obj --unit cm -o liver.shcd\n"
                              "  shcd info liver.shcd --json\n"
                              "  shcd query liver.shcd < points.csv > distances.csv\n"
                              "  shcd surface liver.shcd --subdivide 6 -o liver.ply\n"
                              "  shcd coefficients liver.shcd --complex -o liver.csv\n"
                              "  shcd create liver.csv -o copy.shcd";
-
-const option_help help_option_help = {"help", OPTION_HELP, NULL, "print this text"};
 
 static const char fit_text[] =
     "Reads OBJ, PLY, STL or OFF, joins the parts of the file, merges vertices of equal position, "
@@ -35,6 +30,11 @@ static const char fit_text[] =
     "A body smaller than 1 mm or larger than 10 m brings a warning, since a wrong unit is the "
     "usual cause; so does a surface that intersects itself, or an error larger than the thinnest "
     "part of the mesh.\n"
+    "\n"
+    "The file is read in a process of its own with limits on memory and time, so that a broken or "
+    "hostile one ends in a message. Positions pass through single precision: the report states the "
+    "rounding, which grows with the distance from the origin, and a warning follows if it exceeds "
+    "1e-5 of the diagonal or the tolerance.\n"
     "\n"
     "This command needs libshcd-fit; a build without it says so and fails.";
 
@@ -54,7 +54,8 @@ static const char query_text[] =
     "distance is signed, negative inside; lower <= true signed distance <= upper is proven; "
     "(cx,cy,cz) is the closest point of the surface and (nx,ny,nz) its outward unit normal. flags "
     "is empty or holds names joined by |: truncated (a cap was met before the interval was tight), "
-    "sign_unsure (inside or outside is not known; distance is positive), not_stationary (the "
+    "sign_unsure (inside or outside is not proven; lower and upper cover both), not_stationary "
+    "(the "
     "closest point is not refined), map_edge (the map's neighbouring texels disagree), radial "
     "(distance is the depth along the ray from the centre, not the distance).\n"
     "\n"
@@ -106,14 +107,19 @@ const command_help help_commands[] = {
        "weight of equal area against equal angles in the parameterization, > 0; default 5"},
       {"json", OPTION_JSON, "REPORT",
        "write the report as JSON, too; - writes it to standard output in place of the text"},
-      {"quiet", OPTION_QUIET, NULL, "no progress and no text report"}}},
+      {"quiet", OPTION_QUIET, NULL, "no progress and no text report"},
+      {"import-memory", OPTION_IMPORT_MEMORY, "MIB",
+       "memory that reading the mesh may take; default 256 + 64 times the size of the file"},
+      {"import-time", OPTION_IMPORT_TIME, "S",
+       "processor time that reading the mesh may take, and a fourth of the time on the clock; "
+       "default 10 + 4 for each MiB of the file"}}},
     {"info",
      "BODY.shcd [--json]",
      "print what a body is",
      info_text,
      {{"json", OPTION_JSON, NULL, "print JSON"}}},
     {"query",
-     "BODY.shcd [--tier TIER] [--tolerance M] < POINTS.csv > DISTANCES.csv",
+     "BODY.shcd [--tier TIER] [--tolerance M] [options] < POINTS.csv > DISTANCES.csv",
      "signed distance and closest point of many points",
      query_text,
      {{"tier", OPTION_TIER, "TIER",
@@ -122,7 +128,14 @@ const command_help help_commands[] = {
       {"tolerance", OPTION_TOLERANCE, "M",
        "width of the interval, upper - lower, that is enough, in metres (0.1mm and the like are "
        "understood); twice that where sign_unsure makes the interval cover both sides; default "
-       "1e-9 of the larger of the body's diagonal and the distance; not with --tier map"}}},
+       "1e-9 of the larger of the body's diagonal and the distance; not with --tier map"},
+      {"interpolation", OPTION_INTERPOLATION, "KIND",
+       "with --tier map: linear (default), or hermite: cubic and smooth, on the octahedral grid"},
+      {"grid", OPTION_GRID, "GRID",
+       "with --tier map: octahedral (default), or latlong: angles theta and phi, for comparison"},
+      {"resolution", OPTION_RESOLUTION, "N",
+       "with --tier map: make a map with steps of a quarter circle/N (octahedral) or a half "
+       "circle/N (latlong), 2 to 512; default: the body's own map, 32, or 45 with latlong"}}},
     {"surface",
      "BODY.shcd -o OUT.obj|OUT.ply [--degree L] [--subdivide N]",
      "write the surface as a triangle mesh",

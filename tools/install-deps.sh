@@ -9,12 +9,16 @@ packages='
     zlib1g-dev
     libgsl-dev libfftw3-dev libsuitesparse-dev libassimp-dev
     liblcm-dev liblcm-bin libfyaml-dev
-    libcmocka-dev libccd-dev python3 python3-venv
+    default-jdk-headless liblcm-java
+    libcmocka-dev libccd-dev python3 python3-venv pkg-config
+    doxygen groff-base
     gnuplot-nox
-    iproute2 util-linux
+    iproute2 util-linux strace
 '
-# zlib: body files; GSL to Assimp: libshcd-fit; LCM, libfyaml: the daemon and its clients; cmocka,
-# libccd (an oracle), Python: tests; gnuplot: plots; iproute2, util-linux: private network namespaces.
+# zlib: body files; GSL to Assimp: libshcd-fit; LCM, libfyaml: the daemon and its clients; JDK,
+# liblcm-java: the client in Java; cmocka, libccd (an oracle), Python, pkg-config: tests; doxygen,
+# groff: checks of the reference and the man pages; gnuplot: plots; iproute2, util-linux: private
+# network namespaces; strace: a proof about the loop thread. Without those for Java and for the checks, ctest lists tests as skipped.
 
 if ! command -v dpkg-query >/dev/null; then
     echo "install-deps.sh: not a Debian system, nothing installed; needed is what Debian calls:"
@@ -26,6 +30,9 @@ missing=
 for package in $packages; do
     if [ "$package" = gnuplot-nox ] && command -v gnuplot >/dev/null; then
         continue # any flavour of gnuplot will do
+    fi
+    if [ "$package" = default-jdk-headless ] && command -v javac >/dev/null; then
+        continue # likewise
     fi
     status=$(dpkg-query -W -f '${db:Status-Status}' "$package" 2>/dev/null || true)
     if [ "$status" != installed ]; then

@@ -1,11 +1,16 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Build-time program: writes the man page shcd(1) from the table that --help prints. */
+/* Build-time program: writes one man page, shcd(1), shcd-COMMAND(1) or shcdd(1), from the tables
+ * that --help prints. */
 #include "help.h"
+
+#include "daemon/options_help.h"
 
 #include "shcd/base.h"
 
+#include <ctype.h>
 #include <stdbool.h>
 #include <stddef.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -76,36 +81,91 @@ static void put_option(const option_help *option) {
     put_line(option->text);
 }
 
-static void put_command(const command_help *command) {
-    printf(".SS shcd %s\n", command->name);
-    printf(".B shcd %s\n", command->name);
-    put_line(command->synopsis);
-    puts(".PP");
-    put_text(command->text);
-    for (const option_help *option = command->options; option->name != NULL; option++) {
-        put_option(option);
+static void put_title(const char *prefix, const char *name, const char *summary) {
+    printf(".\\\" SPDX-License-Identifier: BSD-3-Clause\n.TH ");
+    for (const char *part = prefix; *part != '\0'; part++) {
+        putchar(toupper((unsigned char)*part));
+    }
+    for (const char *part = name; *part != '\0'; part++) {
+        putchar(toupper((unsigned char)*part));
+    }
+    printf(" 1 \"\" \"shcd %d.%d.%d\" \"User Commands\"\n.SH NAME\n%s%s \\- ", SHCD_VERSION_MAJOR,
+           SHCD_VERSION_MINOR, SHCD_VERSION_PATCH, prefix, name);
+    put_line(summary);
+}
+
+/* The examples that start with these words; without any, no section. */
+static void put_examples(const char *words) {
+    bool any = false;
+    for (const char *line = help_examples; *line != '\0';) {
+        const size_t length = strcspn(line, "\n");
+        if (strncmp(line + 2, words, strlen(words)) == 0) {
+            puts(any ? ".br" : ".SH EXAMPLES\n.nf");
+            any = true;
+            put_escaped(line + 2, length - 2);
+            putchar('\n');
+        }
+        line += length + (line[length] == '\n' ? 1 : 0);
+    }
+    if (any) {
+        puts(".fi");
     }
 }
 
-int main(void) {
-    printf(".\\\" SPDX-License-Identifier: BSD-3-Clause\n"
-           ".TH SHCD 1 \"\" \"shcd %d.%d.%d\" \"User Commands\"\n"
-           ".SH NAME\nshcd \\- %s\n.SH SYNOPSIS\n",
-           SHCD_VERSION_MAJOR, SHCD_VERSION_MINOR, SHCD_VERSION_PATCH, help_summary);
-    for (const command_help *command = help_commands; command->name != NULL; command++) {
-        printf(".B shcd %s\n", command->name);
-        put_line(command->synopsis);
-        puts(".br");
+static void put_exit_status(void) {
+    puts(".SH EXIT STATUS");
+    put_text(help_exit_status);
+}
+
+/* "shcd fit" is what is typed, shcd-fit is what its page is called. */
+static void put_command(const char *typed_prefix, const char *page_prefix,
+                        const command_help *command, const char *see_also) {
+    put_title(page_prefix, command->name, command->summary);
+    printf(".SH SYNOPSIS\n.B %s%s\n", typed_prefix, command->name);
+    put_line(command->synopsis);
+    puts(".SH DESCRIPTION");
+    put_text(command->text);
+    puts(".SH OPTIONS");
+    for (const option_help *option = command->options; option->name != NULL; option++) {
+        put_option(option);
     }
-    puts(".B shcd\n[\\fICOMMAND\\fR] \\-\\-help | \\-\\-version\n.SH DESCRIPTION");
+    put_option(&help_option_help);
+    put_exit_status();
+    if (*typed_prefix != '\0') {
+        char words[64];
+        snprintf(words, sizeof words, "%s%s ", typed_prefix, command->name);
+        put_examples(words);
+    }
+    printf(".SH SEE ALSO\n.BR %s (1)\n", see_also);
+}
+
+static void put_overview(void) {
+    put_title("", "shcd", help_summary);
+    puts(".SH SYNOPSIS\n.B shcd\n.I COMMAND\n[\\fIoptions\\fR]\n.br\n"
+         ".B shcd\n[\\fICOMMAND\\fR] \\-\\-help\n.br\n.B shcd\n\\-\\-version\n.SH DESCRIPTION");
     put_text(help_introduction);
     puts(".SH COMMANDS");
     for (const command_help *command = help_commands; command->name != NULL; command++) {
-        put_command(command);
+        printf(".TP\n.BR shcd\\-%s (1)\n", command->name);
+        put_line(command->summary);
     }
-    puts(".SH EXIT STATUS");
-    put_text(help_exit_status);
-    puts(".SH EXAMPLES");
-    put_text(help_examples);
+    put_exit_status();
+    put_examples("shcd ");
+    puts(".SH SEE ALSO\n.BR shcdd (1)");
+}
+
+int main(int argc, char **argv) {
+    const char *page = argc == 2 ? argv[1] : "";
+    const command_help *command = strncmp(page, "shcd-", 5) == 0 ? help_find(page + 5) : NULL;
+    if (strcmp(page, "shcd") == 0) {
+        put_overview();
+    } else if (strcmp(page, "shcdd") == 0) {
+        put_command("", "", &options_help, "shcd");
+    } else if (command != NULL) {
+        put_command("shcd ", "shcd-", command, "shcd");
+    } else {
+        fputs("usage: shcd_man_page shcd|shcd-COMMAND|shcdd\n", stderr);
+        return 2;
+    }
     return fflush(stdout) == 0 ? EXIT_SUCCESS : EXIT_FAILURE;
 }

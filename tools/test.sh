@@ -7,15 +7,16 @@
 #   SHCD_TEST_SCALE  share of the random cases, 1 by default; 0.1 runs a tenth of them.
 # Arguments go to ctest: sh tools/test.sh -L unit
 set -eu
+meshes=
+optional=OFF
+if [ -n "${SHCD_MESHES:-}" ]; then
+    meshes=$(cd "$SHCD_MESHES" && pwd) || exit 1 # before the cd: it may be relative
+fi
 cd "$(dirname "$0")/.."
 
 sh tools/install-deps.sh
 
-meshes=
-optional=OFF
-if [ -n "${SHCD_MESHES:-}" ]; then
-    meshes=$(cd "$SHCD_MESHES" && pwd) || exit 1
-else
+if [ -z "$meshes" ]; then
     optional=ON
     echo "test.sh: SHCD_MESHES is not set; tests that need real meshes will be skipped"
 fi

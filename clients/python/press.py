@@ -97,7 +97,10 @@ class Client:
         self.deadline_ns = time.monotonic_ns()
 
     def _on_force(self, _channel, data):
-        m = tool_force_t.decode(data)
+        try:
+            m = tool_force_t.decode(data)
+        except Exception:  # anybody can send anything; a message that is no force is not ours
+            return
         utime, position = self.sent.get(m.tool_seq, (None, None))
         newest = self.answers[-1][0].tool_seq if self.answers else 0
         if m.tool_id != self.tool or m.tool_utime != utime or m.tool_seq < newest:
