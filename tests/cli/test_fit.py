@@ -105,7 +105,7 @@ class Fit(CommandTest):
 
     def test_tolerance_that_cannot_be_met_is_a_failure(self):
         self.fails(1, "mesh.obj: ", "fit", self.mesh(), "-o", self.path("body.shcd"),
-                   "--tolerance", "1e-9", "--degree-max", "2")
+                   "--tolerance", "1e-6", "--degree-max", "2")
 
     def test_bad_meshes(self):
         vertices, faces = ellipsoid_mesh(level=1)

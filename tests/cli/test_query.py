@@ -88,6 +88,29 @@ class Query(CommandTest):
         for row in self.rows([(0.06, 0.01, 0.0), (0.01, 0.0, 0.005)], "--tier", "map"):
             self.assertIn("radial", row["flags"].split("|"))
 
+    def test_map_options_choose_grid_resolution_and_interpolation(self):
+        # centre and directions of the axes are nodes of every grid: the depth is exact there but
+        # for the float that a node stores (6e-8 of the radius)
+        points = [(2.0 * AXES[0], 0.0, 0.0), (0.0, 0.0, -2.0 * AXES[2])]
+        for options in ([], ["--interpolation", "hermite"], ["--resolution", "6"],
+                        ["--grid", "octahedral", "--resolution", "5"],
+                        ["--grid", "latlong", "--resolution", "8", "--interpolation", "linear"]):
+            for row, axis in zip(self.rows(points, "--tier", "map", *options), (0, 2)):
+                self.assertAlmostEqual(float(row["distance"]), AXES[axis], delta=1e-6 * AXES[axis])
+        # off the nodes a finer grid is better, and the cubic better than the linear look-up
+        p = (0.9 * AXES[0], 0.7 * AXES[1], 0.5 * AXES[2])
+        level = math.sqrt(sum((x / a) ** 2 for x, a in zip(p, AXES)))
+        truth = math.hypot(*p) * (1.0 - 1.0 / level)
+
+        def error(*options):
+            (row,) = self.rows([p], "--tier", "map", *options)
+            return abs(float(row["distance"]) - truth)
+
+        coarse = error("--resolution", "5")
+        self.assertLess(error("--resolution", "80"), 0.1 * coarse)
+        self.assertLess(error("--resolution", "5", "--interpolation", "hermite"), 0.5 * coarse)
+        self.assertLess(error("--grid", "latlong", "--resolution", "160"), 0.1 * coarse)
+
     def test_header_comments_blank_lines_and_line_ends(self):
         text = "\ufeff# points\r\n x , y,z\r\n\r\n 0.1 ,\t0, 0\r\n# more\n-0.1,0,+0"
         lines = self.done("query", self.body, stdin=text).stdout.splitlines()

@@ -3,7 +3,9 @@
 
 path    two ends of a short slide above a body's surface, in the world frame
 table   checks a client's table: a force that rises and falls smoothly with penetration
+held    checks the force on the tool held still in a table against `shcd query`
 report  checks the figures that a client prints
+junk    sends what is no force on the channel of forces, until it is killed
 """
 import argparse
 import csv
@@ -12,6 +14,7 @@ import math
 import re
 import subprocess
 import sys
+import time
 
 HOVER_M = 0.008
 SLIDE_M = 0.012
@@ -83,6 +86,18 @@ def read_table(file):
     return rows
 
 
+def held_rows(rows):
+    """Those of a tool that touches and does not move. One that has just begun to move has a speed
+    before it has another place, hence 50 rows to both sides."""
+    places = [[row[key] for key in ("x_m", "y_m", "z_m")] for row in rows]
+    held = [row for i, row in enumerate(rows)
+            if 50 <= i < len(rows) - 50 and int(row["flags"]) == CALM
+            and places[i - 50] == places[i] == places[i + 50]]
+    if len(held) < 200:
+        fail(f"the tool was held still in only {len(held)} ticks")
+    return held
+
+
 def table(options):
     rows = read_table(options.file)
     touching = [i for i, row in enumerate(rows) if row["penetration_m"] > 0.0]
@@ -119,15 +134,8 @@ def table(options):
         if abs(row["force_n"] - spring_n) > share * spring_n + 1e-9:
             fail(f"{row['force_n']:g} N at {row['time_s']} s is not within {100 * share:.3g} % of "
                  f"the spring's {spring_n:g} N")
-    # Held still, the force is the spring's alone; the table has twelve digits. A tool that has just
-    # begun to move has a speed before it has another place, hence 50 rows to both sides.
-    places = [[row[key] for key in ("x_m", "y_m", "z_m")] for row in rows]
-    held = [row for i, row in enumerate(rows)
-            if 50 <= i < len(rows) - 50 and int(row["flags"]) == CALM
-            and places[i - 50] == places[i] == places[i + 50]]
-    if len(held) < 200:
-        fail(f"the tool was held still in only {len(held)} ticks")
-    for row in held:
+    # Held still, the force is the spring's alone; the table has twelve digits.
+    for row in held_rows(rows):
         spring_n = options.stiffness * row["penetration_m"]
         if abs(row["force_n"] - spring_n) > 1e-10 * spring_n:
             fail(f"held still, but {row['force_n']} N is not the spring's {spring_n} N")
@@ -136,6 +144,40 @@ def table(options):
     print(f"{len(rows)} rows, {len(touching)} in contact, {len(touching) - len(calm)} of them "
           f"flagged, at most {worst:.4f} N a tick, correlation of force and penetration "
           f"{together:.5f}")
+
+
+def held(options):
+    """The force by a way that knows neither daemon nor client: stiffness x penetration along the
+    normal, both from `shcd query` at the tool's place in the frame of the body. The query is
+    certain within 1e-9 of the diagonal, 0.1 nm, and so are the table's places; 300 N/m make less
+    than 1e-7 N of that."""
+    rows = held_rows(read_table(options.file))
+    turn, turn_back = [0.0] * 3 + options.pose[3:], [0.0] * 3 + options.pose[3:4]
+    turn_back += [-x for x in options.pose[4:]]
+    places = [to_world(turn_back, [row[k + "_m"] - o for k, o in zip("xyz", options.pose)])
+              for row in rows]
+    worst_n = 0.0
+    for row, near in zip(rows, query(options.shcd, options.body, places)):
+        spring_n = options.stiffness * (options.radius - near["distance"])
+        expected = [spring_n * n for n in to_world(turn, [near["n" + k] for k in "xyz"])]
+        force = [row[key] for key in ("fx_n", "fy_n", "fz_n")]
+        worst_n = max(worst_n, norm([f - e for f, e in zip(force, expected)]))
+    if not (spring_n > 0.0 and worst_n <= 1e-6):
+        fail(f"a held force differs from that of shcd query, {spring_n:g} N, by {worst_n:g} N")
+    print(f"{len(rows)} held forces differ from {spring_n:.9f} N by shcd query by at most "
+          f"{worst_n:.2g} N")
+
+
+def junk(_options):
+    import lcm
+    from shcdmsg import tool_force_t
+    whole = tool_force_t().encode()
+    wrong = bytes(reversed(whole[:8])) + whole[8:]
+    node = lcm.LCM()
+    while True:
+        for data in (b"", whole[:7], whole[:8], whole[:-1], wrong):
+            node.publish("SHCD_FORCE", data)
+        time.sleep(0.05)
 
 
 def report(options):
@@ -165,6 +207,16 @@ def main():
     for name in ("stiffness", "ratio", "reference-speed", "speed", "slew"):
         c.add_argument("--" + name, type=float, required=True)
     c.set_defaults(run=table)
+    c = commands.add_parser("held")
+    c.add_argument("shcd")
+    c.add_argument("body")
+    c.add_argument("pose", type=lambda text: [float(part) for part in text.split(",")])
+    c.add_argument("file")
+    c.add_argument("--radius", type=float, required=True)
+    c.add_argument("--stiffness", type=float, required=True)
+    c.set_defaults(run=held)
+    c = commands.add_parser("junk")
+    c.set_defaults(run=junk)
     c = commands.add_parser("report")
     c.add_argument("file")
     c.add_argument("--rate-min", type=float, required=True)

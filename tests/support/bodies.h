@@ -127,6 +127,23 @@ static inline shcd_model *bodies_create_ellipsoid(double a, double b, double c) 
     return bodies_create(1, coefficients);
 }
 
+/** The same surface in a turned parameterization: S(w) = A R w with a random rotation R, so that no
+ *  symmetry of the body is one of the tree. */
+static inline shcd_model *bodies_create_ellipsoid_turned(double a, double b, double c,
+                                                         check_random *random) {
+    const double axes[3] = {a, b, c}, unit = sqrt(4.0 * BODIES_PI / 3.0);
+    const shcd_vec3 x = bodies_random_direction(random);
+    const shcd_vec3 y = shcd_unit(shcd_cross(x, bodies_random_direction(random)));
+    const shcd_vec3 row[3] = {x, y, shcd_cross(x, y)};
+    double coefficients[12] = {0.0};
+    for (size_t k = 0; k < 3; k++) {
+        coefficients[3 * SHCD_INDEX(1, 1) + k] = unit * axes[k] * row[k].x;
+        coefficients[3 * SHCD_INDEX(1, -1) + k] = unit * axes[k] * row[k].y;
+        coefficients[3 * SHCD_INDEX(1, 0) + k] = unit * axes[k] * row[k].z;
+    }
+    return bodies_create(1, coefficients);
+}
+
 static inline shcd_model *bodies_create_bent(double a, double b, double c, double bend) {
     const double parameters[4] = {a, b, c, bend};
     double coefficients[27];

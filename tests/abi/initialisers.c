@@ -1,0 +1,25 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Every initialiser macro in C99 and C++11, to be compiled with -Wmissing-field-initializers. */
+#include "shcd/fit.h"
+#include "shcd/map.h"
+#include "shcd/shcd.h"
+
+size_t sum_of_sizes(void);
+
+size_t sum_of_sizes(void) {
+    const shcd_model_def model_def = SHCD_MODEL_DEF_INIT;
+    const shcd_model_info model_info = SHCD_MODEL_INFO_INIT;
+    const shcd_query_options query_options = SHCD_QUERY_OPTIONS_INIT;
+    const shcd_map_options map_options = SHCD_MAP_OPTIONS_INIT;
+    const shcd_map_info map_info = SHCD_MAP_INFO_INIT;
+    const shcd_body_def body_def = SHCD_BODY_DEF_INIT;
+    const shcd_tool_def tool_def = SHCD_TOOL_DEF_INIT;
+    const shcd_scene_def scene_def = SHCD_SCENE_DEF_INIT;
+    const shcd_mesh_report mesh_report = SHCD_MESH_REPORT_INIT;
+    const shcd_fit_options fit_options = SHCD_FIT_OPTIONS_INIT;
+    const shcd_fit_report fit_report = SHCD_FIT_REPORT_INIT;
+    return model_def.struct_size + model_info.struct_size + query_options.struct_size +
+           map_options.struct_size + map_info.struct_size + body_def.struct_size +
+           tool_def.struct_size + scene_def.struct_size + mesh_report.struct_size +
+           fit_options.struct_size + fit_report.struct_size;
+}
