@@ -91,13 +91,20 @@ bool output_open(output_file *output, const char *path) {
     }
     snprintf(output->temporary, sizeof output->temporary, "%s.XXXXXX", path);
     watch_signals();
+    /* between the making of the file and the note of it no signal may come: it would leave the file
+     */
+    sigset_t all, before;
+    sigfillset(&all);
+    sigprocmask(SIG_BLOCK, &all, &before);
     const int descriptor = mkstemp(output->temporary);
+    const int reason = errno;
+    pending = descriptor >= 0 ? output->temporary : NULL;
+    sigprocmask(SIG_SETMASK, &before, NULL);
     if (descriptor < 0) {
         output->temporary[0] = '\0';
-        report_failure("%s: cannot create: %s", path, strerror(errno));
+        report_failure("%s: cannot create: %s", path, strerror(reason));
         return false;
     }
-    pending = output->temporary;
     /* mkstemp() makes private files; an output has the permissions of any other new file */
     const mode_t mask = umask(0);
     umask(mask);
