@@ -119,11 +119,11 @@ void fit_report_json(FILE *file, const fit_result *r) {
 void fit_report_warn_rounding(const fit_result *r) {
     const double relative = r->import_rounding_m / r->mesh.diagonal_m;
     if (relative > ROUNDING_WORTH_A_WARNING) {
-        report_warning("single precision of the import rounds coordinates by up to %.3g m, %.3g of "
+        report_warning("single precision of the import rounds coordinates by about %.3g m, %.3g of "
                        "the diagonal: move the mesh closer to its origin",
                        r->import_rounding_m, relative);
     } else if (r->tolerance_m > 0.0 && r->import_rounding_m > r->tolerance_m) {
-        report_warning("single precision of the import rounds coordinates by up to %.3g m, more "
+        report_warning("single precision of the import rounds coordinates by about %.3g m, more "
                        "than the tolerance of %.3g m",
                        r->import_rounding_m, r->tolerance_m);
     }

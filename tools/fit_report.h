@@ -13,7 +13,7 @@ typedef struct fit_result {
     double unit_m;
     double tolerance_m; /**< 0: the degree was given */
     shcd_mesh_report mesh;
-    double import_rounding_m; /**< of a coordinate, at most: the importer stores single precision */
+    double import_rounding_m; /**< of the largest coordinate, in single precision */
     shcd_fit_report fit;
     shcd_model_info model;
     double time_s; /**< wall clock, from opening the mesh to the finished model */

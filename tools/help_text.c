@@ -32,9 +32,10 @@ static const char fit_text[] =
     "part of the mesh.\n"
     "\n"
     "The file is read in a process of its own with limits on memory and time, so that a broken or "
-    "hostile one ends in a message. Positions pass through single precision: the report states the "
-    "rounding, which grows with the distance from the origin, and a warning follows if it exceeds "
-    "1e-5 of the diagonal or the tolerance.\n"
+    "hostile one ends in a message. Positions pass through single precision: the report states its "
+    "rounding, 2^-24 of the largest coordinate (text OBJ, STL and OFF may be off by three times "
+    "that), and a warning follows if it exceeds 1e-5 of the diagonal or the tolerance: then the "
+    "mesh should be moved closer to its origin.\n"
     "\n"
     "This command needs libshcd-fit; a build without it says so and fails.";
 

@@ -38,6 +38,8 @@ typedef struct shcd_mesh_report {
 
 /** Reads OBJ, PLY, STL or OFF (all submeshes joined), then checks and repairs as
  *  shcd_mesh_create().
+ *  Runs in the caller's process: a hostile file can still make Assimp fail hard; the command
+ *  `shcd fit` imports in a child with limits. Faces have at most 1000 corners.
  *  @param[in] unit_m  metres in one unit of the file, > 0
  *  @return also SHCD_ERR_IO, SHCD_ERR_FORMAT. The message starts with the path. */
 SHCD_API SHCD_NODISCARD shcd_status shcd_mesh_import(const char *path, double unit_m,

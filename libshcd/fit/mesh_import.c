@@ -243,8 +243,8 @@ static shcd_status gather(const shcdi_mesh_file *file, const struct aiScene *sce
 }
 
 /* From the scanned bytes to arrays. */
-static shcd_status import_scene(shcdi_mesh_file *file, const mesh_format *format,
-                                double unit_m, gathered *to) {
+static shcd_status import_scene(shcdi_mesh_file *file, const mesh_format *format, double unit_m,
+                                gathered *to) {
     const int is_obj = format->scan == shcdi_scan_obj;
     const int is_expanded = is_obj || format->scan == shcdi_scan_stl;
     const struct aiScene *scene =

@@ -16,10 +16,12 @@ void *__real_malloc(size_t size);
 void *__real_calloc(size_t n, size_t size);
 void *__real_realloc(void *memory, size_t size);
 void __real_free(void *memory);
-void *__wrap_malloc(size_t size);
-void *__wrap_calloc(size_t n, size_t size);
-void *__wrap_realloc(void *memory, size_t size);
-void __wrap_free(void *memory);
+/* visible, since the linker lets the runtime of a sanitizer refer to them, too */
+#define VISIBLE __attribute__((visibility("default")))
+VISIBLE void *__wrap_malloc(size_t size);
+VISIBLE void *__wrap_calloc(size_t n, size_t size);
+VISIBLE void *__wrap_realloc(void *memory, size_t size);
+VISIBLE void __wrap_free(void *memory);
 
 static struct {
     size_t n, fail_at; /* 0: never */

@@ -17,6 +17,7 @@ import unittest
 SHCD = os.environ["SHCD"]
 MESHES = os.environ["SHCD_BAD_MESHES"]
 FAKE = os.environ["SHCD_FAKE_IMPORTER"]
+SANITIZER = "verify_asan_link_order=0:allocator_may_return_null=1"
 # Two files here hang the bare importer or make it take 1.8 GB and more. A refusal takes 0.01 s; the
 # bounds leave room for sanitizers and a loaded machine.
 PATIENCE_S = 20
@@ -116,7 +117,7 @@ class Importer(MeshTest):
         mesh = os.path.join(MESHES, "good.obj")
         self.refused(mesh, text, *options, patience_s=patience_s, environment={
             "LD_PRELOAD": FAKE, "SHCD_FAKE_IMPORTER": how,
-            "ASAN_OPTIONS": "verify_asan_link_order=0"})
+            "ASAN_OPTIONS": SANITIZER})
 
     def test_abort(self):
         self.misbehaves("abort", "good.obj: the import died of signal 6 (")
@@ -150,7 +151,7 @@ class Importer(MeshTest):
             file.write(text + "#" * (1 << 20))
         self.refused(self.path("large.obj"), "out of memory; the import may take 320 MiB",
                      environment={"LD_PRELOAD": FAKE, "SHCD_FAKE_IMPORTER": "memory",
-                                  "ASAN_OPTIONS": "verify_asan_link_order=0"})
+                                  "ASAN_OPTIONS": SANITIZER})
 
     def test_answers_of_a_hijacked_process_are_not_believed(self):
         self.misbehaves("zeros", "good.obj: the import ended with status 0 and no answer")
@@ -162,7 +163,7 @@ class Importer(MeshTest):
             process = subprocess.Popen(
                 [SHCD, "fit", os.path.join(MESHES, "good.obj"), "-o", self.path("body.shcd")],
                 pass_fds=(held,), env=dict(os.environ, LD_PRELOAD=FAKE, SHCD_FAKE_IMPORTER="sleep",
-                                           ASAN_OPTIONS="verify_asan_link_order=0"))
+                                           ASAN_OPTIONS=SANITIZER))
             os.close(held)
             time.sleep(0.5)
             process.send_signal(number)
@@ -170,6 +171,13 @@ class Importer(MeshTest):
             self.assertEqual(os.read(alive, 1), b"")  # returns when the importer is gone
             os.close(alive)
             self.assertEqual(os.listdir(self.folder), [])
+
+    def test_limits_must_make_sense(self):
+        mesh = os.path.join(MESHES, "good.obj")
+        for option in ("--import-memory", "--import-time"):
+            for value in ("0", "-1", "1.5", "many", "16777217"):
+                self.refused(mesh, "%s %s: must be 1 to 16777216" % (option, value), option, value,
+                             status=2)
 
     def test_a_pipe_that_says_nothing(self):
         os.mkfifo(self.path("pipe.obj"))
@@ -208,7 +216,7 @@ class Rounding(MeshTest):
              "--tolerance", "1e-8", "--degree-max", "1"], stdout=subprocess.PIPE,
             stderr=subprocess.PIPE, text=True)
         self.assertEqual(result.returncode, 1)
-        self.assertIn("rounds coordinates by up to 5.96e-08 m, more than the tolerance of 1e-08 m",
+        self.assertIn("rounds coordinates by about 5.96e-08 m, more than the tolerance of 1e-08 m",
                       result.stderr)
 
 
