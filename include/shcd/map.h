@@ -161,7 +161,8 @@ SHCD_API void shcd_map_free(shcd_map *map);
 
 /** Fills min(info->struct_size, library's size) bytes of info.
  *  @return SHCD_OK, SHCD_ERR_ARGUMENT (struct_size 0). RT safe. */
-SHCD_API SHCD_NODISCARD shcd_status shcd_map_describe(const shcd_map *map, shcd_map_info *info);
+SHCD_API SHCD_RT SHCD_NODISCARD shcd_status shcd_map_describe(const shcd_map *map,
+                                                              shcd_map_info *info);
 
 /** Crossings of the surface along one direction.
  *

@@ -35,17 +35,61 @@ typedef struct shcd_fit_record {
     double reserved[5];        /**< zero */
 } shcd_fit_record;
 
+/** One way to answer queries of a model, as it was measured: how far from the truth, and how long.
+ *
+ *  Errors are those of the signed distance against the exact answer of the model's whole series,
+ * for points near its surface; times are of one query on the machine that the table names. Frozen
+ *  layout. Values that were not measured are zero. */
+typedef struct shcd_cost_row {
+    int32_t degree;         /**< of the series that answers, 1 .. model degree */
+    int32_t tier;           /**< a shcd_tier */
+    int32_t map_resolution; /**< map tier: its resolution; else 0 */
+    int32_t interpolation;  /**< map tier: a shcd_map_interpolation; else 0 */
+    double error_max_m;
+    double error_p99_m;
+    double error_rms_m;
+    double normal_p99_rad; /**< angle between the unit normals */
+    double ns_p50;         /**< of one query, random points (track tier: on a path) [ns] */
+    double ns_p99;
+    double path_ns_p50; /**< on a path, from one point to the next [ns] */
+    double path_ns_p99;
+    double evaluations_mean; /**< shcd_proximity::n_evaluations, random points */
+    double patches_mean;     /**< shcd_proximity::n_patches */
+    double evaluation_ns;    /**< what one more evaluation costs [ns] */
+    double patch_ns;         /**< what one more bound costs [ns] */
+    uint64_t bytes;          /**< memory held by the objects that answer */
+    double reserved[5];      /**< zero */
+} shcd_cost_row;
+
+/** Most rows of a model's cost table. */
+#define SHCD_COST_ROWS_MAX 256
+/** Room for the name of the machine that a table was measured on, the ending zero included. */
+#define SHCD_COST_MACHINE_SIZE 96
+
+/** How the series of a model is evaluated. All ways give the same bits; they differ in speed. */
+typedef enum shcd_simd {
+    SHCD_SIMD_AUTO = 0,     /**< the fastest that this processor has */
+    SHCD_SIMD_PORTABLE = 1, /**< for any processor */
+    SHCD_SIMD_AVX2 = 2,
+    SHCD_SIMD_AVX512 = 3 /**< AVX-512 F, BW, DQ and VL */
+} shcd_simd;
+
 /** Definition of a model. Start from SHCD_MODEL_DEF_INIT. */
 typedef struct shcd_model_def {
     size_t struct_size;
-    int32_t degree;    /**< 0 .. SHCD_DEGREE_MAX; 1 or more for a surface */
-    int32_t reserved0; /**< zero */
+    int32_t degree; /**< 0 .. SHCD_DEGREE_MAX; 1 or more for a surface */
+    int32_t simd;   /**< a shcd_simd; SHCD_ERR_UNSUPPORTED if this processor does not have it */
     const double
         *coefficients; /**< 3 (degree+1)^2 values [m], [3 SHCD_INDEX(l,m) + k], k = x,y,z */
-    const shcd_fit_record *fit; /**< copied; NULL: none */
+    const shcd_fit_record *fit;     /**< copied; NULL: none */
+    const shcd_cost_row *cost_rows; /**< copied; NULL: no table */
+    size_t n_cost_rows;             /**< 0 .. SHCD_COST_ROWS_MAX */
+    /** Where the rows were measured, e.g. the processor's name: printable ASCII, less than
+     *  SHCD_COST_MACHINE_SIZE bytes; copied. NULL: not known. */
+    const char *cost_machine;
 } shcd_model_def;
 #define SHCD_MODEL_DEF_INIT                                                                        \
-    { sizeof(shcd_model_def), 0, 0, NULL, NULL }
+    { sizeof(shcd_model_def), 0, 0, NULL, NULL, NULL, 0, NULL }
 
 /** How sure a stored property is. */
 typedef enum shcd_certainty {
@@ -89,6 +133,11 @@ typedef struct shcd_model_info {
     double map_bilinear_bound_m;  /**< largest proven radius error in those cells [m] */
     double map_hermite_bound_m;
     shcd_fit_record fit;
+    uint64_t body_bytes;     /**< of run_time_bytes: coefficients, bounds, positions, map radii */
+    uint64_t table_bytes;    /**< of run_time_bytes: what depends on the degree only */
+    uint64_t map_seed_bytes; /**< of run_time_bytes: starting parameters in the map */
+    int32_t simd;            /**< the shcd_simd in use */
+    int32_t reserved1;
 } shcd_model_info;
 #define SHCD_MODEL_INFO_INIT SHCD_SIZED_INIT(shcd_model_info)
 
@@ -99,7 +148,8 @@ typedef struct shcd_model_info {
  *  @param[out] model       untouched on failure; release with shcd_model_free()
  *  @param[out] error       may be NULL
  *  @return SHCD_OK, SHCD_ERR_ARGUMENT, SHCD_ERR_NOT_FINITE, SHCD_ERR_GEOMETRY (no extent, or too
- *  large or small: the diagonal must lie in 1e-9 .. 1e9 m), SHCD_ERR_MEMORY.
+ *  large or small: the diagonal must lie in 1e-9 .. 1e9 m), SHCD_ERR_UNSUPPORTED (simd),
+ *  SHCD_ERR_MEMORY.
  *  If the surface is inside out (negative volume) it is refused with SHCD_ERR_GEOMETRY: outward
  *  normals decide the sign of distance.
  *  Takes 0.1 to 10 s depending on the degree; not RT safe. */
@@ -112,14 +162,20 @@ SHCD_API void shcd_model_free(shcd_model *model);
 
 /** Fills min(info->struct_size, library's size) bytes of info.
  *  @return SHCD_OK, SHCD_ERR_ARGUMENT (struct_size 0). RT safe. */
-SHCD_API SHCD_NODISCARD shcd_status shcd_model_describe(const shcd_model *model,
-                                                        shcd_model_info *info);
+SHCD_API SHCD_RT SHCD_NODISCARD shcd_status shcd_model_describe(const shcd_model *model,
+                                                                shcd_model_info *info);
 
 /** The degree and the coefficients as given at creation, 3 (degree+1)^2 values, owned by the model.
  *  RT safe. */
 SHCD_API SHCD_RT int shcd_model_degree(const shcd_model *model);
 /** See shcd_model_degree(). RT safe. */
 SHCD_API SHCD_RT const double *shcd_model_coefficients(const shcd_model *model);
+
+/** The cost table as given at creation, owned by the model; NULL and *n = 0 without one. What it is
+ *  for: shcd_accuracy_choose(). RT safe. */
+SHCD_API SHCD_RT const shcd_cost_row *shcd_model_cost_rows(const shcd_model *model, size_t *n);
+/** The machine of that table; "" if it is not known or there is no table. RT safe. */
+SHCD_API SHCD_RT const char *shcd_model_cost_machine(const shcd_model *model);
 
 /** Certified offset of a low-degree surface: every S(w) of the full model lies within offset_m of
  *  the surface of the series truncated at `degree`, at the same parameter w. The low-degree surface
@@ -144,11 +200,22 @@ SHCD_API SHCD_RT SHCD_NODISCARD shcd_status shcd_model_surface(const shcd_model 
                                                                shcd_vec3 *point, shcd_vec3 *normal,
                                                                double *jacobian);
 
+/** The surface at one parameter at every degree, in one pass.
+ *
+ *  @param[in]  parameter  direction w; normalised first
+ *  @param[out] sums_m     degree + 1 points: sums_m[d] is the series truncated at degree d, the
+ *                         point that shcd_model_surface() gives for that degree
+ *  @return SHCD_OK, SHCD_ERR_ARGUMENT, SHCD_ERR_NOT_FINITE. RT safe; thread safe. */
+SHCD_API SHCD_RT SHCD_NODISCARD shcd_status shcd_model_partial_sums(const shcd_model *model,
+                                                                    shcd_vec3 parameter,
+                                                                    shcd_vec3 *sums_m);
+
 /** Number of bytes that shcd_model_write() needs. RT safe. */
-SHCD_API size_t shcd_model_write_size(const shcd_model *model);
+SHCD_API SHCD_RT size_t shcd_model_write_size(const shcd_model *model);
 
 /** Serialises a model in the .shcd format (little-endian, chunked, CRC-32 per chunk).
- *  @return SHCD_OK, SHCD_ERR_ARGUMENT (buffer smaller than shcd_model_write_size()). RT safe. */
+ *  @return SHCD_OK, SHCD_ERR_ARGUMENT (buffer smaller than shcd_model_write_size()). Does
+ *  not allocate; not RT safe, since zlib is called. */
 SHCD_API SHCD_NODISCARD shcd_status shcd_model_write(const shcd_model *model, void *bytes,
                                                      size_t capacity);
 

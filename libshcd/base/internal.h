@@ -32,6 +32,15 @@ static inline int shcdi_is_finite(double a) {
     return a - a == 0.0;
 }
 
+/** A number that will be reported or kept: tiny ones are zero, so that a processor that flushes
+ *  denormal numbers gives the same bits as one that does not. Nothing in SI units is that small. */
+static inline double shcdi_flushed(double a) {
+    return fabs(a) < 1e-200 ? 0.0 : a;
+}
+static inline shcd_vec3 shcdi_flushed3(shcd_vec3 a) {
+    return shcd_vec3_make(shcdi_flushed(a.x), shcdi_flushed(a.y), shcdi_flushed(a.z));
+}
+
 /** Right-handed orthonormal tangent frame t1 x t2 = w of a unit vector, without a branch cut at the
  *  poles (Duff et al., Building an Orthonormal Basis, Revisited, JCGT 6(1), 2017). */
 static inline void shcdi_tangent_frame(shcd_vec3 w, shcd_vec3 *t1, shcd_vec3 *t2) {

@@ -18,6 +18,14 @@
  * At a node T_k(w, .) is a vector-valued trigonometric polynomial of degree k in the angle of a, so
  * its supremum is at most the maximum over n equal steps of pi, divided by cos(k pi/(2 n)).
  *
+ * The product T_1.T_2 = S'.S'', half the slope of |S'|^2, is a trigonometric polynomial of degree 2
+ * L in t and obeys the same with 2 L; in the angle of a it is of degree 3.
+ *
+ * The infimum of |S'| (the smallest singular value of the derivative) has no such bound; but from a
+ * node w to w' within angle s the derivative, its directions transported along the great circle,
+ * changes by the covariant second derivative, a symmetric bilinear form whose values at pairs of
+ * unit vectors are bounded by those at equal ones: it falls by at most s M_2.
+ *
  * Source of the inequality: Boas, Entire Functions, Academic Press (1954), chapter 11.
  */
 #include "model/bounds.h"
@@ -34,6 +42,10 @@
 #define SECOND 9
 #define THIRD 27
 #define COLUMNS 57
+/* of a node: the suprema, and the infimum of the first order */
+#define SAMPLES (SHCDI_SUPREMA + 1)
+#define PRODUCT 3
+#define LEAST SHCDI_SUPREMA
 /* Outward rounding: evaluation and sums here err below 1e-11 relative to M_k up to degree 150. */
 #define OUTWARD (1.0 + 1e-9)
 
@@ -44,9 +56,11 @@ double shcdi_grid_covering(size_t n_theta) {
 }
 
 static size_t grid_size(int degree) {
-    /* L delta of about 0.3; beyond degree 54 coarser (0.83 at 150), to bound the time */
-    const double wanted = ceil(degree * PI / (1.414 * 0.3));
-    return wanted < 24.0 ? 24 : wanted > 400.0 ? 400 : (size_t)wanted;
+    /* L delta of about 0.075: what is added between samples falls with it, and with that the work
+     * of every query. Beyond degree 24 coarser (0.3 at 54, 0.83 at 150), to bound the time. */
+    const double wanted = ceil(degree * PI / (1.414 * 0.075));
+    const double limit = degree <= 24 ? 720.0 : 400.0;
+    return wanted < 24.0 ? 24 : wanted > limit ? (size_t)limit : (size_t)wanted;
 }
 
 /* ---- the series of all derivatives ---- */
@@ -145,12 +159,30 @@ static double norm3(const double v[3]) {
     return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
 }
 
-/* Suprema over the axes orthogonal to w of the three orders, from the values of all columns there.
- */
-static void node_suprema(shcd_vec3 w, const double value[COLUMNS], double sup[3]) {
+/* Smallest singular value of the map a -> S' for axes a in the plane of t1 and t2. */
+static double node_least(shcd_vec3 t1, shcd_vec3 t2, const double value[COLUMNS]) {
+    const double *v = value + FIRST;
+    const shcd_vec3 d1 = {t1.x * v[0] + t1.y * v[3] + t1.z * v[6],
+                          t1.x * v[1] + t1.y * v[4] + t1.z * v[7],
+                          t1.x * v[2] + t1.y * v[5] + t1.z * v[8]};
+    const shcd_vec3 d2 = {t2.x * v[0] + t2.y * v[3] + t2.z * v[6],
+                          t2.x * v[1] + t2.y * v[4] + t2.z * v[7],
+                          t2.x * v[2] + t2.y * v[5] + t2.z * v[8]};
+    const double mean = 0.5 * (shcd_dot(d1, d1) + shcd_dot(d2, d2));
+    const double half = 0.5 * (shcd_dot(d1, d1) - shcd_dot(d2, d2)), mixed = shcd_dot(d1, d2);
+    /* the product of the singular values over the larger: without the cancellation of a difference
+     */
+    const double larger = sqrt(mean + sqrt(half * half + mixed * mixed));
+    return larger > 0.0 ? shcd_norm(shcd_cross(d1, d2)) / larger : 0.0;
+}
+
+/* Suprema over the axes orthogonal to w of the three orders, from the values of all columns there;
+ * then the infimum of the first. */
+static void node_suprema(shcd_vec3 w, const double value[COLUMNS], double sup[SAMPLES]) {
     shcd_vec3 t1, t2;
     shcdi_tangent_frame(w, &t1, &t2);
-    sup[0] = sup[1] = sup[2] = 0.0;
+    sup[LEAST] = node_least(t1, t2, value) / OUTWARD;
+    sup[0] = sup[1] = sup[2] = sup[PRODUCT] = 0.0;
     for (int n = 0; n < AXES; n++) {
         const double c = cos(PI * n / AXES), s = sin(PI * n / AXES);
         const double a[3] = {c * t1.x + s * t2.x, c * t1.y + s * t2.y, c * t1.z + s * t2.z};
@@ -175,10 +207,13 @@ static void node_suprema(shcd_vec3 w, const double value[COLUMNS], double sup[3]
         for (int k = 0; k < 3; k++) {
             sup[k] = shcdi_max(sup[k], norm3(d[k]));
         }
+        const double product = d[0][0] * d[1][0] + d[0][1] * d[1][1] + d[0][2] * d[1][2];
+        sup[PRODUCT] = shcdi_max(sup[PRODUCT], fabs(product));
     }
     for (int k = 0; k < 3; k++) {
         sup[k] *= OUTWARD / cos((k + 1) * PI / (2.0 * AXES));
     }
+    sup[PRODUCT] *= OUTWARD / cos(3.0 * PI / (2.0 * AXES));
 }
 
 static void sample_ring(shcdi_bounds *b, size_t j, const double *fourier, const double *cosine) {
@@ -197,25 +232,33 @@ static void sample_ring(shcdi_bounds *b, size_t j, const double *fourier, const 
         }
         const double phi = 2.0 * PI * (double)k / (double)b->n_phi;
         const shcd_vec3 w = {sin(theta) * cos(phi), sin(theta) * sin(phi), cos(theta)};
-        double sup[3];
+        double sup[SAMPLES];
         node_suprema(w, value, sup);
-        for (int n = 0; n < 3; n++) {
-            b->sample[3 * (j * b->n_phi + k) + (size_t)n] = (float)(sup[n] * (1.0 + 0x1p-23));
+        float *sample = b->sample + SAMPLES * (j * b->n_phi + k);
+        for (int n = 0; n < SHCDI_SUPREMA; n++) {
+            sample[n] = (float)(sup[n] * (1.0 + 0x1p-23));
             b->sup[n] = shcdi_max(b->sup[n], sup[n]);
         }
+        sample[LEAST] = (float)(sup[LEAST] * (1.0 - 0x1p-23));
     }
+}
+
+/* Degree of the trigonometric polynomial behind a supremum; its value at half pi bounds nothing. */
+static double rate(int degree, int k) {
+    return k == PRODUCT ? 2.0 * degree : degree;
 }
 
 shcd_status shcdi_bounds_create(int degree, const double *coefficients,
                                 const shcd_allocator *allocator, shcdi_bounds *bounds) {
     const size_t count = SHCD_COUNT(degree);
-    shcdi_bounds b = {degree, (grid_size(degree) + 1) & ~(size_t)1, 0, 0.0, {0.0, 0.0, 0.0}, NULL};
+    shcdi_bounds b = {.degree = degree, .n_theta = (grid_size(degree) + 1) & ~(size_t)1};
     b.n_phi = 2 * b.n_theta;
     b.covering = shcdi_grid_covering(b.n_theta);
     const size_t fourier_size = 2 * ((size_t)degree + 1) * COLUMNS;
     const size_t doubles = (COLUMNS + 6) * count + fourier_size + b.n_phi;
     double *work = allocator->allocate(doubles * sizeof *work, allocator->user);
-    b.sample = allocator->allocate(3 * b.n_theta * b.n_phi * sizeof *b.sample, allocator->user);
+    b.sample =
+        allocator->allocate(SAMPLES * b.n_theta * b.n_phi * sizeof *b.sample, allocator->user);
     if (work == NULL || b.sample == NULL) {
         if (work != NULL) {
             allocator->release(work, allocator->user);
@@ -237,9 +280,11 @@ shcd_status shcdi_bounds_create(int degree, const double *coefficients,
         ring_fourier(&set, ((double)j + 0.5) * PI / (double)b.n_theta, fourier);
         sample_ring(&b, j, fourier, cosine);
     }
-    for (int k = 0; k < 3; k++) {
-        b.sup[k] *= OUTWARD / cos(degree * b.covering);
+    for (int k = 0; k < SHCDI_SUPREMA; k++) {
+        const double wave = rate(degree, k) * b.covering;
+        b.sup[k] = wave < 1.5 ? b.sup[k] * OUTWARD / cos(wave) : HUGE_VAL;
     }
+    b.sup[PRODUCT] = shcdi_min(b.sup[PRODUCT], b.sup[0] * b.sup[1]);
     allocator->release(work, allocator->user);
     *bounds = b;
     return SHCD_OK;
@@ -252,10 +297,10 @@ void shcdi_bounds_free(shcdi_bounds *bounds, const shcd_allocator *allocator) {
     }
 }
 
-/* Raises `largest` by the samples of one ring within the angle; phi_c is the azimuth of the centre.
- */
+/* Raises largest[0 .. LEAST) and lowers largest[LEAST] by the samples of one ring within the angle;
+ * phi_c is the azimuth of the centre. */
 static void ring_maximum(const shcdi_bounds *b, size_t j, double theta_c, double phi_c,
-                         double angle, double largest[3]) {
+                         double angle, double largest[SAMPLES]) {
     const double theta = ((double)j + 0.5) * PI / (double)b->n_theta;
     const double step = 2.0 * PI / (double)b->n_phi;
     const double across = sin(theta) * sin(theta_c);
@@ -274,13 +319,16 @@ static void ring_maximum(const shcdi_bounds *b, size_t j, double theta_c, double
     const long count = last - first + 1 < n ? last - first + 1 : n;
     for (long i = 0; i < count; i++) {
         const size_t k = (size_t)((((first + i) % n) + n) % n);
-        for (size_t c = 0; c < 3; c++) {
-            largest[c] = shcdi_max(largest[c], (double)b->sample[3 * (j * b->n_phi + k) + c]);
+        const float *sample = b->sample + SAMPLES * (j * b->n_phi + k);
+        for (size_t c = 0; c < SHCDI_SUPREMA; c++) {
+            largest[c] = shcdi_max(largest[c], (double)sample[c]);
         }
+        largest[LEAST] = shcdi_min(largest[LEAST], (double)sample[LEAST]);
     }
 }
 
-void shcdi_bounds_cap(const shcdi_bounds *bounds, shcd_vec3 centre, double angle, double sup[3]) {
+void shcdi_bounds_cap(const shcdi_bounds *bounds, shcd_vec3 centre, double angle,
+                      double sup[SHCDI_SUPREMA], double *least) {
     const double theta_c = acos(shcdi_max(-1.0, shcdi_min(1.0, centre.z)));
     const double phi_c = atan2(centre.y, centre.x);
     const double reach = shcdi_min(PI, angle + bounds->covering);
@@ -289,18 +337,24 @@ void shcdi_bounds_cap(const shcdi_bounds *bounds, shcd_vec3 centre, double angle
     const double high = ceil((theta_c + reach) / step) + 1.0;
     const size_t first = low > 0.0 ? (size_t)low : 0;
     const size_t last = high < (double)(bounds->n_theta - 1) ? (size_t)high : bounds->n_theta - 1;
-    double largest[3] = {0.0, 0.0, 0.0};
+    double largest[SAMPLES] = {0.0, 0.0, 0.0, 0.0, HUGE_VAL};
     for (size_t j = first; j <= last; j++) {
         ring_maximum(bounds, j, theta_c, phi_c, reach, largest);
     }
-    for (int k = 0; k < 3; k++) {
+    for (int k = 0; k < SHCDI_SUPREMA; k++) {
         const double all = bounds->sup[k];
         if (!(all > 0.0)) {
             sup[k] = 0.0;
             continue;
         }
         const double at =
-            asin(shcdi_min(1.0, largest[k] / all)) + bounds->degree * bounds->covering;
+            asin(shcdi_min(1.0, largest[k] / all)) + rate(bounds->degree, k) * bounds->covering;
         sup[k] = all * (at < 0.5 * PI ? sin(at) : 1.0) * OUTWARD;
+    }
+    sup[PRODUCT] = shcdi_min(sup[PRODUCT], sup[0] * sup[1]);
+    if (least != NULL) {
+        /* any point of the cap lies within the covering angle of one of these nodes, and so does
+         * the way there: sup[1] holds along it, by the first inequality from that node */
+        *least = shcdi_max(0.0, largest[LEAST] - bounds->covering * sup[1] * OUTWARD);
     }
 }

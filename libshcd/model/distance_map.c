@@ -164,3 +164,7 @@ shcdi_crossing shcdi_map_crossing(shcd_vec3 direction, double radius, shcd_vec3 
                               {(float)parameter.x, (float)parameter.y, (float)parameter.z}};
     return c;
 }
+
+size_t shcdi_map_seed_bytes(const shcdi_map *map) {
+    return map->n_crossings * sizeof map->crossing->parameter;
+}

@@ -38,6 +38,7 @@ typedef struct shcdi_map {
     size_t n_measured, n_miscounted;
     double linear_error_m, hermite_error_m; /**< measured, largest */
     double linear_rms_m, hermite_rms_m;
+    size_t n_steps; /**< of Newton's method, spent on building */
 } shcdi_map;
 
 /** Interpolated crossings along one direction. */
@@ -65,6 +66,8 @@ shcd_status shcdi_map_build(const struct shcd_model *model, const shcdi_map_sett
 shcd_status shcdi_map_create(struct shcd_model *model);
 void shcdi_map_free(shcdi_map *map, const shcd_allocator *allocator);
 size_t shcdi_map_bytes(const shcdi_map *map);
+/** Of these: the parameters stored with the crossings, seeds of Newton's method. */
+size_t shcdi_map_seed_bytes(const shcdi_map *map);
 
 #define SHCDI_MAP_SPLITS_MAX 2
 

@@ -93,6 +93,24 @@ static shcd_status build(shcd_map *map, const shcd_map_options *options, shcd_er
     return map->reference.kind != SHCD_MAP_REFERENCE_NONE ? build_reference(map, error) : SHCD_OK;
 }
 
+/* A model gives its tree up once it is made; rays are cast through that of a second one. */
+static shcd_status build_with_tree(shcd_map *map, const shcd_model *model,
+                                   const shcd_map_options *options, shcd_error *error) {
+    shcd_model *plain;
+    shcd_status status = shcdi_model_create_plain(
+        model->degree, model->coefficients, model->series.simd, &map->allocator, &plain, error);
+    if (status == SHCD_OK) {
+        plain->info = model->info;
+        memcpy(plain->enclosure, model->enclosure,
+               ((size_t)model->degree + 1) * sizeof *plain->enclosure);
+        map->model = plain;
+        status = build(map, options, error);
+        map->model = model;
+        shcd_model_free(plain);
+    }
+    return status;
+}
+
 shcd_status shcd_map_create(const shcd_model *model, const shcd_map_options *options,
                             const shcd_allocator *allocator, shcd_map **map, shcd_error *error) {
     if (model == NULL || map == NULL) {
@@ -111,8 +129,7 @@ shcd_status shcd_map_create(const shcd_model *model, const shcd_map_options *opt
     }
     memset(made, 0, sizeof *made);
     made->allocator = memory;
-    made->model = model;
-    status = build(made, &read, error);
+    status = build_with_tree(made, model, &read, error);
     if (status != SHCD_OK) {
         shcd_map_free(made);
         return status;

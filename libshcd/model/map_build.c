@@ -7,6 +7,10 @@
 #define DEFAULT_RESOLUTION 32 /* 4098 nodes */
 /* a prime, so that the spiral does not fall into step with a grid */
 #define MEASURED_DIRECTIONS 1021
+/* Newton's steps for a ray, in the mean of all: 21 to 220 on an organ, livers, a bunny and an
+ * Armadillo at degree 15 and 30. A shape made to take long can take 1920 on each; when all are
+ * spent, the nodes that are left have no count. */
+#define STEPS_PER_RAY 400
 
 typedef struct builder {
     const shcd_model *model;
@@ -16,6 +20,7 @@ typedef struct builder {
     int has_last; /* the samples of a pole follow each other and share their crossings */
     shcd_vec3 last;
     size_t last_slot;
+    size_t steps_left;
 } builder;
 
 static void release(const shcd_allocator *allocator, void *memory) {
@@ -55,7 +60,7 @@ static int fill_node(void *user, size_t slot, shcd_vec3 d) {
     b->last = d;
     b->last_slot = slot;
     shcdi_hit hits[SHCDI_MAP_CROSSINGS_MAX + 1];
-    const int n = shcdi_cast(b->model, map->centre, d, hits);
+    const int n = shcdi_cast_within(b->model, map->centre, d, &b->steps_left, hits);
     map->first[slot] = (uint32_t)map->n_crossings;
     if (n > SHCDI_MAP_CROSSINGS_MAX) {
         map->count[slot] = SHCDI_MAP_UNSURE;
@@ -103,6 +108,8 @@ static int count_equal(void *user, const shcdi_cell *cell) {
 /* Errors at directions off the nodes: a golden-angle spiral. */
 static void measure_errors(const shcd_model *model, shcdi_map *map) {
     const int with_hermite = map->grid == SHCD_MAP_OCTAHEDRAL;
+    const size_t steps = (size_t)STEPS_PER_RAY * MEASURED_DIRECTIONS;
+    size_t steps_left = steps;
     double linear2 = 0.0, hermite2 = 0.0;
     for (int i = 0; i < MEASURED_DIRECTIONS; i++) {
         const double z = 1.0 - (2.0 * i + 1.0) / MEASURED_DIRECTIONS, s = sqrt(1.0 - z * z);
@@ -115,7 +122,11 @@ static void measure_errors(const shcd_model *model, shcdi_map *map) {
             continue;
         }
         shcdi_hit hits[SHCDI_MAP_CROSSINGS_MAX + 1];
-        if (shcdi_cast(model, map->centre, d, hits) != linear.count) {
+        const int n = shcdi_cast_within(model, map->centre, d, &steps_left, hits);
+        if (steps_left == 0) {
+            break;
+        }
+        if (n != linear.count) {
             map->n_miscounted++;
             continue;
         }
@@ -129,6 +140,7 @@ static void measure_errors(const shcd_model *model, shcdi_map *map) {
             map->n_measured++;
         }
     }
+    map->n_steps += steps - steps_left;
     if (map->n_measured > 0) {
         map->linear_rms_m = sqrt(linear2 / (double)map->n_measured);
         map->hermite_rms_m = sqrt(hermite2 / (double)map->n_measured);
@@ -150,11 +162,13 @@ shcd_status shcdi_map_build(const shcd_model *model, const shcdi_map_settings *s
     }
     memset(map->first, 0, map->n_slots * sizeof *map->first);
     memset(map->count, SHCDI_MAP_UNSURE, map->n_slots);
-    builder b = {model, allocator, map, 0, 0, 0, 0, 0, {0.0, 0.0, 0.0}, 0};
+    const size_t steps = STEPS_PER_RAY * shcdi_grid_nodes(grid, n);
+    builder b = {model, allocator, map, 0, 0, 0, 0, 0, {0.0, 0.0, 0.0}, 0, steps};
     if (!reserve(&b, shcdi_grid_nodes(grid, n)) ||
         !shcdi_grid_visit_nodes(grid, n, fill_node, &b)) {
         return SHCD_ERR_MEMORY;
     }
+    map->n_steps = steps - b.steps_left;
     map->centre_inside = b.odd > b.even;
     (void)shcdi_grid_visit_nodes(grid, n, check_parity, &b);
     map->one_crossing_share = (double)b.one / (double)shcdi_grid_nodes(grid, n);

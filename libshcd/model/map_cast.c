@@ -4,12 +4,15 @@
 
 #include <string.h>
 
+#define STEPS_MAX 20
+
 int shcdi_ray_newton(const shcd_model *model, shcd_vec3 origin, shcd_vec3 d, shcd_vec3 start,
-                     shcdi_hit *hit) {
+                     size_t *steps_left, shcdi_hit *hit) {
     shcd_vec3 e1, e2, w = start;
     shcdi_tangent_frame(d, &e1, &e2);
     const double tolerance = shcdi_ray_tolerance(model);
-    for (int i = 0; i < 20; i++) {
+    for (int i = 0; i<STEPS_MAX && * steps_left> 0; i++) {
+        --*steps_left;
         shcdi_jet jet;
         shcdi_surface_jet(&model->series, model->degree, w, &jet);
         const shcd_vec3 x = shcd_sub(jet.s, origin);
@@ -64,8 +67,8 @@ static void insert(shcdi_hit *hits, int *n, const shcdi_hit *hit, double apart) 
  * crossings. */
 #define LEAVES_MAX 96
 
-int shcdi_cast(const shcd_model *model, shcd_vec3 origin, shcd_vec3 d,
-               shcdi_hit hits[SHCDI_MAP_CROSSINGS_MAX + 1]) {
+int shcdi_cast_within(const shcd_model *model, shcd_vec3 origin, shcd_vec3 d, size_t *steps_left,
+                      shcdi_hit hits[SHCDI_MAP_CROSSINGS_MAX + 1]) {
     const shcdi_tree *tree = &model->tree;
     uint32_t stack[8 + 4 * (SHCDI_TREE_LEVEL_MAX + 1)];
     int level_of[8 + 4 * (SHCDI_TREE_LEVEL_MAX + 1)];
@@ -95,9 +98,18 @@ int shcdi_cast(const shcd_model *model, shcd_vec3 origin, shcd_vec3 d,
         const shcd_vec3 sum =
             shcd_add(tree->direction[v[0]], shcd_add(tree->direction[v[1]], tree->direction[v[2]]));
         shcdi_hit hit;
-        if (shcdi_ray_newton(model, origin, d, shcd_unit(sum), &hit)) {
+        if (shcdi_ray_newton(model, origin, d, shcd_unit(sum), steps_left, &hit)) {
             insert(hits, &n, &hit, 1e-9 * model->info.diagonal_m);
+        }
+        if (*steps_left == 0) {
+            return SHCDI_MAP_CROSSINGS_MAX + 1;
         }
     }
     return n;
+}
+
+int shcdi_cast(const shcd_model *model, shcd_vec3 origin, shcd_vec3 d,
+               shcdi_hit hits[SHCDI_MAP_CROSSINGS_MAX + 1]) {
+    size_t steps_left = (size_t)LEAVES_MAX * STEPS_MAX + 1;
+    return shcdi_cast_within(model, origin, d, &steps_left, hits);
 }

@@ -16,12 +16,17 @@ static inline double shcdi_ray_tolerance(const shcd_model *model) {
 }
 
 /** Newton for S(w) - origin parallel to d, from a start; 1 if it converges in front of the origin.
- */
+ *  Each step takes one of *steps_left; without any left it has not converged. */
 int shcdi_ray_newton(const shcd_model *model, shcd_vec3 origin, shcd_vec3 d, shcd_vec3 start,
-                     shcdi_hit *hit);
+                     size_t *steps_left, shcdi_hit *hit);
 
 /** All crossings of a ray, nearest first: Newton from every leaf whose ball it meets. Returns their
- *  number, which exceeds SHCDI_MAP_CROSSINGS_MAX if there are more than that or too many leaves. */
+ *  number, which exceeds SHCDI_MAP_CROSSINGS_MAX if there are more than that or too many leaves, or
+ *  if *steps_left, which many rays may share, has come to 0. */
+int shcdi_cast_within(const shcd_model *model, shcd_vec3 origin, shcd_vec3 d, size_t *steps_left,
+                      shcdi_hit hits[SHCDI_MAP_CROSSINGS_MAX + 1]);
+
+/** Of one ray, with as many steps as that may take. */
 int shcdi_cast(const shcd_model *model, shcd_vec3 origin, shcd_vec3 d,
                shcdi_hit hits[SHCDI_MAP_CROSSINGS_MAX + 1]);
 

@@ -151,8 +151,8 @@ static shcd_status low_degree(const shcd_model *model, const shcd_map_options *o
                           model->degree);
     }
     shcd_error why = {SHCD_OK, ""};
-    const shcd_status status =
-        shcdi_model_create_plain(r->degree, model->coefficients, allocator, &r->low, &why);
+    const shcd_status status = shcdi_model_create_plain(
+        r->degree, model->coefficients, model->series.simd, allocator, &r->low, &why);
     if (status != SHCD_OK) {
         return shcdi_fail(error, status, "map_create: no surface of degree %d: %.180s", r->degree,
                           why.message);

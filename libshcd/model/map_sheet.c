@@ -190,13 +190,13 @@ static double angle_between(shcd_vec3 a, shcd_vec3 b) {
  * S(start), in a cone that is wider by the angle between the two. Newton's method only where that
  * would waste much. */
 static int look_along_axis(const shcd_model *model, const shcdi_cone *cone, shcd_vec3 start,
-                           at_axis *f) {
+                           size_t *steps_left, at_axis *f) {
     if (look_from(model, cone->origin, start, f) &&
         angle_between(f->d, cone->d) <= 0.05 * cone->angle) {
         return 1;
     }
     shcdi_hit hit;
-    return shcdi_ray_newton(model, cone->origin, cone->d, start, &hit) &&
+    return shcdi_ray_newton(model, cone->origin, cone->d, start, steps_left, &hit) &&
            look_from(model, cone->origin, hit.w, f);
 }
 
@@ -268,9 +268,9 @@ static double proven_radius(const shcd_model *model, const shcdi_cap *caps, cons
 }
 
 int shcdi_sheet_prove(const shcd_model *model, const shcdi_cap *caps, const shcdi_cone *cone,
-                      shcd_vec3 start, int wide, shcdi_sheet *sheet) {
+                      shcd_vec3 start, int wide, size_t *steps_left, shcdi_sheet *sheet) {
     at_axis f;
-    if (!look_along_axis(model, cone, start, &f)) {
+    if (!look_along_axis(model, cone, start, steps_left, &f)) {
         return 0;
     }
     const double angle = cone->angle + angle_between(f.d, cone->d) + 1e-9;

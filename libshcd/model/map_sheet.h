@@ -32,8 +32,8 @@ typedef struct shcdi_sheet {
 } shcdi_sheet;
 
 /** `start` is near the crossing on the axis. With `wide`, sheet->unique is made large at the price
- * of time. @return 1 if proven. */
+ * of time. Newton's method takes its steps from *steps_left. @return 1 if proven. */
 int shcdi_sheet_prove(const shcd_model *model, const shcdi_cap *caps, const shcdi_cone *cone,
-                      shcd_vec3 start, int wide, shcdi_sheet *sheet);
+                      shcd_vec3 start, int wide, size_t *steps_left, shcdi_sheet *sheet);
 
 #endif

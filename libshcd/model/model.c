@@ -22,6 +22,15 @@ static void give(const shcd_allocator *allocator, void *memory) {
     }
 }
 
+/* Doubles to allocate on top, so that a table can start at a line of the cache: vector loads across
+ * two lines take twice as long. */
+#define ALIGNMENT_SLACK 7
+
+static double *align(double *memory) {
+    const uintptr_t past = (uintptr_t)memory % 64;
+    return past == 0 ? memory : memory + (64 - past) / sizeof *memory;
+}
+
 /* sup over w of |sum over degree l of c_i Y_i(w)| <= |D_l| sqrt((2l+1)/(4 pi)) by the addition
  * theorem and Cauchy-Schwarz, D_l the 3 x (2l+1) block; the Frobenius norm bounds the spectral one.
  */
@@ -34,9 +43,12 @@ static double degree_bound(const double *coefficients, int l) {
 }
 
 /* Rounding of an evaluated S: each degree's part is a sum of products whose recurrence in z
- * amplifies the rounding of z by the derivative of Y, at most l(l+1)/2 at the pole; the running
- * sums over l and m add 2 (L + 1) roundings, products and powers a small constant (first-order
- * analysis; 2.2e-16 is the rounding unit of one operation, doubled). */
+ * amplifies the rounding of z by the derivative of Y, at most l(l+1)/2 at the pole. Besides, in
+ * units of one rounding u = 1.1e-16: the packed coefficients carry a scale made of at most L
+ * factors, 2.5 u each (a division under a root, the root, the product), and one product; the
+ * running sums are L + 1 long in a lane, L/8 + 1 over blocks and 3 over lanes; a power of x + i y
+ * is made of at most 3 + L/8 complex products, 3 u each. Together 4 L + 16 < 2 (2 (L + 1) + 20)
+ * (first-order analysis; 2.2e-16 is 2 u). */
 double shcdi_evaluation_error(const double *coefficients, int degree) {
     double sum = 0.0;
     for (int l = 0; l <= degree; l++) {
@@ -47,35 +59,12 @@ double shcdi_evaluation_error(const double *coefficients, int degree) {
 
 /* ---- enclosure offsets ---- */
 
-/* Raises tail[d] to |sum over l > d of degree l's part at w|. part: 3 (degree+1) doubles. */
-static void raise_tails(const shcd_model *model, shcd_vec3 w, double *part, double *tail) {
+/* Raises tail[d] to |S - S_d| at w, S_d the series truncated at d. part: degree+1 points. */
+static void raise_tails(const shcd_model *model, shcd_vec3 w, shcd_vec3 *part, double *tail) {
     const int top = model->degree;
-    const double *r = model->recurrence, *c = model->packed;
-    const double *diagonal = r + 2 * shcdi_pair_count(top);
-    double cm = 1.0, sm = 0.0;
-    memset(part, 0, 3 * ((size_t)top + 1) * sizeof *part);
-    for (int m = 0; m <= top; m++) {
-        double q = diagonal[m], q1 = 0.0;
-        for (int l = m; l <= top; l++, r += 2, c += 6) {
-            if (l > m) {
-                const double next = r[0] * (w.z * q - r[1] * q1);
-                q1 = q;
-                q = next;
-            }
-            for (int k = 0; k < 3; k++) {
-                part[3 * l + k] += q * (c[k] * cm + c[k + 3] * sm);
-            }
-        }
-        const double next = w.x * cm - w.y * sm;
-        sm = w.x * sm + w.y * cm;
-        cm = next;
-    }
-    double s[3] = {0.0, 0.0, 0.0};
-    for (int d = top - 1; d >= 0; d--) {
-        for (int k = 0; k < 3; k++) {
-            s[k] += part[3 * (d + 1) + k];
-        }
-        tail[d] = shcdi_max(tail[d], sqrt(s[0] * s[0] + s[1] * s[1] + s[2] * s[2]));
+    shcdi_surface_partial(&model->series, w, part);
+    for (int d = 0; d < top; d++) {
+        tail[d] = shcdi_max(tail[d], shcd_norm(shcd_sub(part[top], part[d])));
     }
 }
 
@@ -92,7 +81,7 @@ static shcd_status fill_enclosure(shcd_model *model) {
         }
         return SHCD_OK;
     }
-    double *part = take(&model->allocator, 3 * ((size_t)degree + 1), sizeof *part);
+    shcd_vec3 *part = take(&model->allocator, (size_t)degree + 1, sizeof *part);
     if (part == NULL) {
         return SHCD_ERR_MEMORY;
     }
@@ -107,7 +96,8 @@ static shcd_status fill_enclosure(shcd_model *model) {
     }
     const double factor = (1.0 + 1e-9) / cos(degree * shcdi_grid_covering(n));
     for (int d = 0; d < degree; d++) {
-        tail[d] = tail[d] * factor + model->evaluation_error_m;
+        /* two rounded points make a sample; the factor is below 1.5 */
+        tail[d] = tail[d] * factor + 3.0 * model->evaluation_error_m;
     }
     give(&model->allocator, part);
     return SHCD_OK;
@@ -155,6 +145,14 @@ static shcd_status check_definition(const shcd_model_def *def, shcd_error *error
         return shcdi_fail(error, SHCD_ERR_ARGUMENT, "model_create: degree %d is not in 1 .. %d",
                           (int)def->degree, SHCD_DEGREE_MAX);
     }
+    if (def->simd < SHCD_SIMD_AUTO || def->simd > SHCD_SIMD_AVX512) {
+        return shcdi_fail(error, SHCD_ERR_ARGUMENT, "model_create: simd %d is not a shcd_simd",
+                          (int)def->simd);
+    }
+    if (shcdi_simd_choose(def->simd) == 0) {
+        return shcdi_fail(error, SHCD_ERR_UNSUPPORTED, "model_create: this processor has no %s",
+                          def->simd == SHCD_SIMD_AVX2 ? "AVX2" : "AVX-512 (F, BW, DQ and VL)");
+    }
     double largest = 0.0;
     for (int l = 0; l <= def->degree; l++) {
         for (int m = -l; m <= l; m++) {
@@ -174,15 +172,21 @@ static shcd_status check_definition(const shcd_model_def *def, shcd_error *error
                           "model_create: a coefficient of size %.3g m: bodies reach to 1e9 m",
                           largest);
     }
-    return check_fit(def->fit, error);
+    const shcd_status status = check_fit(def->fit, error);
+    return status != SHCD_OK
+               ? status
+               : shcdi_cost_check("model_create", SHCD_ERR_ARGUMENT, def->degree, def->cost_rows,
+                                  def->n_cost_rows, def->cost_machine, error);
 }
 
 static shcd_status allocate_pieces(shcd_model *model) {
     const int degree = model->degree;
     const size_t n_coefficients = 3 * SHCD_COUNT(degree);
+    const size_t n_constants = shcdi_recurrence_size(degree) + ALIGNMENT_SLACK;
+    const size_t n_packed = shcdi_packed_size(degree) + ALIGNMENT_SLACK;
     model->coefficients = take(&model->allocator, n_coefficients, sizeof(double));
-    model->recurrence = take(&model->allocator, shcdi_recurrence_size(degree), sizeof(double));
-    model->packed = take(&model->allocator, 6 * shcdi_pair_count(degree), sizeof(double));
+    model->recurrence = take(&model->allocator, n_constants, sizeof(double));
+    model->packed = take(&model->allocator, n_packed, sizeof(double));
     model->enclosure = take(&model->allocator, (size_t)degree + 1, sizeof(double));
     if (model->coefficients == NULL || model->recurrence == NULL || model->packed == NULL ||
         model->enclosure == NULL) {
@@ -199,7 +203,7 @@ static shcd_status derive_bounds(shcd_model *model) {
         return status;
     }
     shcdi_tree_fill(&model->tree, &model->series, &bounds, model->evaluation_error_m);
-    memcpy(model->m, bounds.sup, sizeof model->m);
+    memcpy(model->m, bounds.sup, sizeof model->m); /* of the three orders */
     shcdi_bounds_free(&bounds, &model->allocator);
     return SHCD_OK;
 }
@@ -225,14 +229,29 @@ static shcd_status check_shape(const shcd_model *model, shcd_error *error) {
     return SHCD_OK;
 }
 
-static uint64_t bytes_of(const shcd_model *model) {
-    const shcdi_tree *tree = &model->tree;
-    return sizeof *model +
-           (3 * SHCD_COUNT(model->degree) + shcdi_recurrence_size(model->degree) +
-            6 * shcdi_pair_count(model->degree) + (size_t)model->degree + 1) *
-               sizeof(double) +
-           2 * tree->n_vertices * sizeof(shcd_vec3) + tree->n_leaves * sizeof(shcdi_leaf) +
-           shcdi_tree_ball_count(tree->level) * sizeof(shcdi_ball) + shcdi_map_bytes(&model->map);
+/* What the body needs in a query: coefficients, bounds and positions, and its map but for the seeds
+ * of Newton's method in it. Tables that depend on the degree only, and those seeds, are counted
+ * apart. */
+static void fill_bytes(shcd_model *model) {
+    shcd_model_info *info = &model->info;
+    const int degree = model->degree;
+    const size_t seeds = shcdi_map_seed_bytes(&model->map);
+    info->body_bytes = sizeof *model +
+                       (3 * SHCD_COUNT(degree) + shcdi_packed_size(degree) + ALIGNMENT_SLACK +
+                        (size_t)degree + 1) *
+                           sizeof(double) +
+                       shcdi_index_body_bytes(&model->index) + shcdi_map_bytes(&model->map) - seeds;
+    info->table_bytes = (shcdi_recurrence_size(degree) + ALIGNMENT_SLACK) * sizeof(double) +
+                        shcdi_index_table_bytes(&model->index);
+    info->map_seed_bytes = seeds;
+    info->run_time_bytes =
+        info->body_bytes + info->table_bytes + seeds + model->cost.n * sizeof(shcd_cost_row);
+    if (model->tree.n_leaves > 0) { /* kept by a plain model */
+        const shcdi_tree *tree = &model->tree;
+        info->run_time_bytes += 2 * tree->n_vertices * sizeof(shcd_vec3) +
+                                tree->n_leaves * sizeof(shcdi_leaf) +
+                                shcdi_tree_ball_count(tree->level) * sizeof(shcdi_ball);
+    }
 }
 
 static void fill_info(shcd_model *model, const shcd_model_def *def) {
@@ -246,7 +265,6 @@ static void fill_info(shcd_model *model, const shcd_model_def *def) {
     info->max_second_derivative_m = model->m[1];
     info->max_deviation_m = tree->deviation_max;
     info->n_leaves = tree->n_leaves;
-    info->run_time_bytes = bytes_of(model);
     info->map_resolution = model->map.resolution;
     info->map_crossings_max = model->map.crossings_max;
     info->map_one_crossing_share = model->map.one_crossing_share;
@@ -269,9 +287,10 @@ static shcd_status build_surface(shcd_model *model, const double *coefficients, 
     shcd_status status = allocate_pieces(model);
     if (status == SHCD_OK) {
         memcpy(model->coefficients, coefficients, 3 * SHCD_COUNT(degree) * sizeof(double));
-        shcdi_recurrence_fill(degree, model->recurrence);
-        shcdi_pack(degree, model->coefficients, model->packed);
-        model->series = (shcdi_series){degree, model->recurrence, model->packed};
+        double *recurrence = align(model->recurrence), *packed = align(model->packed);
+        shcdi_recurrence_fill(degree, recurrence);
+        shcdi_pack(degree, model->coefficients, packed);
+        model->series = (shcdi_series){degree, recurrence, packed, model->info.simd};
         model->evaluation_error_m = shcdi_evaluation_error(model->coefficients, degree);
         status = derive_bounds(model);
     }
@@ -279,7 +298,15 @@ static shcd_status build_surface(shcd_model *model, const double *coefficients, 
         return shcdi_fail(error, status, "model_create: %s", shcd_status_string(status));
     }
     shcdi_shape_measure(model);
-    return check_shape(model, error);
+    status = check_shape(model, error);
+    if (status != SHCD_OK) {
+        return status;
+    }
+    status = shcdi_index_create(&model->tree, &model->series, model->info.centre_m,
+                                model->info.radius_m, &model->allocator, &model->index);
+    return status == SHCD_OK
+               ? SHCD_OK
+               : shcdi_fail(error, status, "model_create: %s", shcd_status_string(status));
 }
 
 static shcd_status build(shcd_model *model, const shcd_model_def *def, shcd_error *error) {
@@ -294,6 +321,10 @@ static shcd_status build(shcd_model *model, const shcd_model_def *def, shcd_erro
     if (status == SHCD_OK) {
         status = shcdi_map_create(model);
     }
+    if (status == SHCD_OK) {
+        status = shcdi_cost_copy(def->cost_rows, def->n_cost_rows, def->cost_machine,
+                                 &model->allocator, &model->cost);
+    }
     if (status != SHCD_OK) {
         return shcdi_fail(error, status, "model_create: %s", shcd_status_string(status));
     }
@@ -301,23 +332,26 @@ static shcd_status build(shcd_model *model, const shcd_model_def *def, shcd_erro
         model->info.star_certainty = SHCD_CERTAINTY_PROVEN;
     }
     fill_info(model, def);
+    shcdi_tree_free(&model->tree, &model->allocator);
+    fill_bytes(model);
     return SHCD_OK;
 }
 
-static shcd_model *model_begin(int degree, const shcd_allocator *memory) {
+static shcd_model *model_begin(int degree, int simd, const shcd_allocator *memory) {
     shcd_model *made = memory->allocate(sizeof *made, memory->user);
     if (made != NULL) {
         memset(made, 0, sizeof *made);
         made->allocator = *memory;
         made->degree = degree;
+        made->info.simd = shcdi_simd_choose(simd);
     }
     return made;
 }
 
-shcd_status shcdi_model_create_plain(int degree, const double *coefficients,
+shcd_status shcdi_model_create_plain(int degree, const double *coefficients, int simd,
                                      const shcd_allocator *allocator, shcd_model **model,
                                      shcd_error *error) {
-    shcd_model *made = model_begin(degree, allocator);
+    shcd_model *made = model_begin(degree, simd, allocator);
     if (made == NULL) {
         return shcdi_fail(error, SHCD_ERR_MEMORY, "model_create: out of memory");
     }
@@ -326,7 +360,7 @@ shcd_status shcdi_model_create_plain(int degree, const double *coefficients,
         shcd_model_free(made);
         return status;
     }
-    made->info.run_time_bytes = bytes_of(made);
+    fill_bytes(made);
     *model = made;
     return SHCD_OK;
 }
@@ -345,7 +379,7 @@ shcd_status shcd_model_create(const shcd_model_def *definition, const shcd_alloc
         return status;
     }
     const shcd_allocator memory = shcdi_allocator(allocator);
-    shcd_model *made = model_begin(def.degree, &memory);
+    shcd_model *made = model_begin(def.degree, def.simd, &memory);
     if (made == NULL) {
         return shcdi_fail(error, SHCD_ERR_MEMORY, "model_create: out of memory");
     }
@@ -364,6 +398,8 @@ void shcd_model_free(shcd_model *model) {
     }
     const shcd_allocator memory = model->allocator;
     shcdi_map_free(&model->map, &memory);
+    give(&memory, model->cost.rows);
+    shcdi_index_free(&model->index, &memory);
     shcdi_tree_free(&model->tree, &memory);
     give(&memory, model->enclosure);
     give(&memory, model->packed);
@@ -393,6 +429,17 @@ const double *shcd_model_coefficients(const shcd_model *model) {
     return model != NULL ? model->coefficients : NULL;
 }
 
+const shcd_cost_row *shcd_model_cost_rows(const shcd_model *model, size_t *n) {
+    if (n != NULL) {
+        *n = model != NULL ? model->cost.n : 0;
+    }
+    return model != NULL ? model->cost.rows : NULL;
+}
+
+const char *shcd_model_cost_machine(const shcd_model *model) {
+    return model != NULL ? model->cost.machine : "";
+}
+
 shcd_status shcd_model_enclosure_offset(const shcd_model *model, int degree, double *offset_m) {
     if (model == NULL || offset_m == NULL || degree < 0 || degree > model->degree) {
         return SHCD_ERR_ARGUMENT;
@@ -401,25 +448,21 @@ shcd_status shcd_model_enclosure_offset(const shcd_model *model, int degree, dou
     return SHCD_OK;
 }
 
-shcd_status shcd_model_surface(const shcd_model *model, int degree, shcd_vec3 parameter,
-                               shcd_vec3 *point, shcd_vec3 *normal, double *jacobian) {
-    if (model == NULL || degree < -1 || degree > model->degree) {
-        return SHCD_ERR_ARGUMENT;
-    }
+shcd_status shcdi_surface_values(const shcdi_series *series, int degree, shcd_vec3 parameter,
+                                 shcd_vec3 *point, shcd_vec3 *normal, double *jacobian) {
     shcd_vec3 w;
     const shcd_status status = shcdi_direction(parameter, &w);
     if (status != SHCD_OK) {
         return status;
     }
-    const int top = degree == -1 ? model->degree : degree;
     if (normal == NULL && jacobian == NULL) {
         if (point != NULL) {
-            *point = shcdi_surface_point(&model->series, top, w);
+            *point = shcdi_surface_point(series, degree, w);
         }
         return SHCD_OK;
     }
     shcdi_jet jet;
-    shcdi_surface_jet(&model->series, top, w, &jet);
+    shcdi_surface_first(series, degree, w, &jet);
     if (point != NULL) {
         *point = jet.s;
     }
@@ -435,4 +478,13 @@ shcd_status shcd_model_surface(const shcd_model *model, int degree, shcd_vec3 pa
         }
     }
     return SHCD_OK;
+}
+
+shcd_status shcd_model_surface(const shcd_model *model, int degree, shcd_vec3 parameter,
+                               shcd_vec3 *point, shcd_vec3 *normal, double *jacobian) {
+    if (model == NULL || degree < -1 || degree > model->degree) {
+        return SHCD_ERR_ARGUMENT;
+    }
+    return shcdi_surface_values(&model->series, degree == -1 ? model->degree : degree, parameter,
+                                point, normal, jacobian);
 }

@@ -3,7 +3,9 @@
 #ifndef SHCDI_MODEL_MODEL_H
 #define SHCDI_MODEL_MODEL_H
 
+#include "model/cost.h"
 #include "model/distance_map.h"
+#include "model/index.h"
 #include "model/surface.h"
 #include "model/tree.h"
 #include "shcd/model.h"
@@ -16,19 +18,30 @@ struct shcd_model {
     double *packed;
     double *enclosure; /**< degree + 1 certified offsets */
     shcdi_series series;
-    shcdi_tree tree;
+    shcdi_tree tree;   /**< while the model is made; empty (no leaves) afterwards */
+    shcdi_index index; /**< what queries search */
     shcdi_map map;
     double m[3];               /**< suprema of |S'|, |S''|, |S'''| over the sphere */
     double evaluation_error_m; /**< bound of the rounding error of an evaluated S */
+    double spread_m;           /**< smallest |S(a) - S(b)| / angle(a, b) of pairs of samples */
+    shcdi_cost cost;
     shcd_model_info info;
 };
+
+/** Largest size of a coefficient [m]. */
+#define SHCDI_COEFFICIENT_MAX 1e11
+
+/** shcd_model_surface() of any series. RT safe. */
+shcd_status shcdi_surface_values(const shcdi_series *series, int degree, shcd_vec3 parameter,
+                                 shcd_vec3 *point, shcd_vec3 *normal, double *jacobian);
 
 /** Bound of the rounding error of an evaluated S, in the coefficients' unit. */
 double shcdi_evaluation_error(const double *coefficients, int degree);
 
-/** A model of the series alone: tree, bounds, box, ball and volume; no kernel, enclosure or map.
+/** A model of the series alone: tree, index, bounds, box, ball and volume; no kernel, enclosure or
+ *  map. It keeps its tree.
  *  Errors are worded as by shcd_model_create(). */
-shcd_status shcdi_model_create_plain(int degree, const double *coefficients,
+shcd_status shcdi_model_create_plain(int degree, const double *coefficients, int simd,
                                      const shcd_allocator *allocator, shcd_model **model,
                                      shcd_error *error);
 

@@ -8,13 +8,16 @@
  *
  *   COEF, required: degree u32, reserved u32, 3 (degree+1)^2 doubles in the public order [m]
  *   FITR, optional: n_triangles u64, n_vertices u64, then the doubles of shcd_fit_record in order
+ *   COST, optional: row count u32, row size u32 (160), machine (96 bytes, zero-ended ASCII), rows:
+ *                   the members of shcd_cost_row in order
  *
  * Bounds, tree and map are derived anew when a file is read: a file cannot lie about them. Unknown
  * optional chunks are skipped, unknown required ones refused.
  */
+#include "model/bytes.h"
 #include "model/model.h"
 
-#include <string.h>
+#include <stdio.h>
 #include <zlib.h>
 
 #define HEADER_SIZE 32u
@@ -29,41 +32,6 @@ _Static_assert(sizeof(shcd_fit_record) == FIT_SIZE, "FITR holds the record field
 
 static const unsigned char MAGIC[8] = {0x89, 'S', 'H', 'C', 'D', '\r', '\n', 0x1a};
 
-/* ---- bytes ---- */
-
-static void put_u32(unsigned char *p, uint32_t v) {
-    for (int i = 0; i < 4; i++) {
-        p[i] = (unsigned char)(v >> (8 * i));
-    }
-}
-
-static void put_u64(unsigned char *p, uint64_t v) {
-    for (int i = 0; i < 8; i++) {
-        p[i] = (unsigned char)(v >> (8 * i));
-    }
-}
-
-static void put_double(unsigned char *p, double v) {
-    uint64_t bits;
-    memcpy(&bits, &v, sizeof bits);
-    put_u64(p, bits);
-}
-
-static uint32_t get_u32(const unsigned char *p) {
-    return (uint32_t)p[0] | (uint32_t)p[1] << 8 | (uint32_t)p[2] << 16 | (uint32_t)p[3] << 24;
-}
-
-static uint64_t get_u64(const unsigned char *p) {
-    return (uint64_t)get_u32(p) | (uint64_t)get_u32(p + 4) << 32;
-}
-
-static double get_double(const unsigned char *p) {
-    const uint64_t bits = get_u64(p);
-    double v;
-    memcpy(&v, &bits, sizeof v);
-    return v;
-}
-
 /* ---- writing ---- */
 
 static size_t coefficient_payload(int degree) {
@@ -75,28 +43,32 @@ static size_t chunk_size(size_t payload) {
 static int has_fit(const shcd_model *model) {
     return model->info.fit.n_triangles != 0;
 }
+static int has_cost(const shcd_model *model) {
+    return model->cost.n != 0;
+}
 
 size_t shcd_model_write_size(const shcd_model *model) {
     if (model == NULL) {
         return 0;
     }
     return HEADER_SIZE + chunk_size(coefficient_payload(model->degree)) +
-           (has_fit(model) ? chunk_size(FIT_SIZE) : 0);
+           (has_fit(model) ? chunk_size(FIT_SIZE) : 0) +
+           (has_cost(model) ? chunk_size(shcdi_cost_payload_size(model->cost.n)) : 0);
 }
 
 static unsigned char *begin_chunk(unsigned char *p, const char *name, uint32_t flags,
                                   size_t payload) {
     memcpy(p, name, 4);
-    put_u32(p + 4, 1);
-    put_u32(p + 8, flags);
-    put_u32(p + 12, 0);
-    put_u64(p + 16, payload);
+    shcdi_put_u32(p + 4, 1);
+    shcdi_put_u32(p + 8, flags);
+    shcdi_put_u32(p + 12, 0);
+    shcdi_put_u64(p + 16, payload);
     return p + CHUNK_HEADER;
 }
 
 static unsigned char *end_chunk(unsigned char *start, size_t payload) {
     const size_t n = CHUNK_HEADER + payload;
-    put_u32(start + n, (uint32_t)crc32(0, start, (uInt)n));
+    shcdi_put_u32(start + n, (uint32_t)crc32(0, start, (uInt)n));
     return start + n + 4;
 }
 
@@ -106,19 +78,19 @@ shcd_status shcd_model_write(const shcd_model *model, void *bytes, size_t capaci
     }
     unsigned char *p = bytes;
     memcpy(p, MAGIC, sizeof MAGIC);
-    put_u32(p + 8, FORMAT_VERSION);
-    put_u32(p + 12, 0);
-    put_u64(p + 16, shcd_model_write_size(model));
-    put_u32(p + 24, has_fit(model) ? 2 : 1);
-    put_u32(p + 28, (uint32_t)crc32(0, p, 28));
+    shcdi_put_u32(p + 8, FORMAT_VERSION);
+    shcdi_put_u32(p + 12, 0);
+    shcdi_put_u64(p + 16, shcd_model_write_size(model));
+    shcdi_put_u32(p + 24, 1u + (has_fit(model) ? 1u : 0u) + (has_cost(model) ? 1u : 0u));
+    shcdi_put_u32(p + 28, (uint32_t)crc32(0, p, 28));
     p += HEADER_SIZE;
 
     const size_t payload = coefficient_payload(model->degree);
     unsigned char *q = begin_chunk(p, "COEF", CHUNK_REQUIRED, payload);
-    put_u32(q, (uint32_t)model->degree);
-    put_u32(q + 4, 0);
+    shcdi_put_u32(q, (uint32_t)model->degree);
+    shcdi_put_u32(q + 4, 0);
     for (size_t i = 0; i < 3 * SHCD_COUNT(model->degree); i++) {
-        put_double(q + 8 + 8 * i, model->coefficients[i]);
+        shcdi_put_double(q + 8 + 8 * i, model->coefficients[i]);
     }
     p = end_chunk(p, payload);
     if (has_fit(model)) {
@@ -126,12 +98,17 @@ shcd_status shcd_model_write(const shcd_model *model, void *bytes, size_t capaci
         q = begin_chunk(p, "FITR", 0, FIT_SIZE);
         double values[FIT_DOUBLES];
         memcpy(values, (const char *)fit + 16, sizeof values);
-        put_u64(q, fit->n_triangles);
-        put_u64(q + 8, fit->n_vertices);
+        shcdi_put_u64(q, fit->n_triangles);
+        shcdi_put_u64(q + 8, fit->n_vertices);
         for (size_t i = 0; i < FIT_DOUBLES; i++) {
-            put_double(q + 16 + 8 * i, values[i]);
+            shcdi_put_double(q + 16 + 8 * i, values[i]);
         }
-        end_chunk(p, FIT_SIZE);
+        p = end_chunk(p, FIT_SIZE);
+    }
+    if (has_cost(model)) {
+        const size_t size = shcdi_cost_payload_size(model->cost.n);
+        shcdi_cost_write(&model->cost, begin_chunk(p, "COST", 0, size));
+        end_chunk(p, size);
     }
     return SHCD_OK;
 }
@@ -143,6 +120,9 @@ typedef struct parsed {
     const unsigned char *coefficients;
     int has_fit;
     shcd_fit_record fit;
+    const unsigned char *cost; /* payload; NULL: none */
+    size_t cost_at;            /* where its chunk starts */
+    size_t n_cost_rows;
 } parsed;
 
 static shcd_status read_header(const unsigned char *p, size_t size, uint32_t *n_chunks,
@@ -155,20 +135,20 @@ static shcd_status read_header(const unsigned char *p, size_t size, uint32_t *n_
     if (memcmp(p, MAGIC, sizeof MAGIC) != 0) {
         return shcdi_fail(error, SHCD_ERR_FORMAT, "model_read: not a .shcd file (magic, byte 0)");
     }
-    if (get_u32(p + 28) != (uint32_t)crc32(0, p, 28)) {
+    if (shcdi_get_u32(p + 28) != (uint32_t)crc32(0, p, 28)) {
         return shcdi_fail(error, SHCD_ERR_FORMAT, "model_read: header CRC differs, byte 28");
     }
-    if (get_u32(p + 8) != FORMAT_VERSION || get_u32(p + 12) != 0) {
+    if (shcdi_get_u32(p + 8) != FORMAT_VERSION || shcdi_get_u32(p + 12) != 0) {
         return shcdi_fail(error, SHCD_ERR_UNSUPPORTED,
                           "model_read: format version %u, flags %u; this library reads version %u",
-                          get_u32(p + 8), get_u32(p + 12), FORMAT_VERSION);
+                          shcdi_get_u32(p + 8), shcdi_get_u32(p + 12), FORMAT_VERSION);
     }
-    if (get_u64(p + 16) != size) {
+    if (shcdi_get_u64(p + 16) != size) {
         return shcdi_fail(error, SHCD_ERR_FORMAT,
                           "model_read: the header says %llu bytes, there are %zu",
-                          (unsigned long long)get_u64(p + 16), size);
+                          (unsigned long long)shcdi_get_u64(p + 16), size);
     }
-    *n_chunks = get_u32(p + 24);
+    *n_chunks = shcdi_get_u32(p + 24);
     if (*n_chunks == 0 || *n_chunks > CHUNKS_MAX) {
         return shcdi_fail(error, SHCD_ERR_FORMAT, "model_read: %u chunks, not 1 .. %u, byte 24",
                           *n_chunks, CHUNKS_MAX);
@@ -181,8 +161,8 @@ static shcd_status read_coefficients(const unsigned char *payload, uint64_t leng
     if (out->degree != 0) {
         return shcdi_fail(error, SHCD_ERR_FORMAT, "model_read: second chunk COEF, byte %zu", at);
     }
-    const uint32_t degree = length >= 8 ? get_u32(payload) : 0;
-    if (degree < 1 || degree > SHCD_DEGREE_MAX || get_u32(payload + 4) != 0 ||
+    const uint32_t degree = length >= 8 ? shcdi_get_u32(payload) : 0;
+    if (degree < 1 || degree > SHCD_DEGREE_MAX || shcdi_get_u32(payload + 4) != 0 ||
         length != coefficient_payload((int)degree)) {
         return shcdi_fail(error, SHCD_ERR_FORMAT,
                           "model_read: chunk COEF of %llu bytes does not fit degree %u, byte %zu",
@@ -202,18 +182,48 @@ static shcd_status read_fit(const unsigned char *payload, uint64_t length, size_
     }
     double values[FIT_DOUBLES];
     for (size_t i = 0; i < FIT_DOUBLES; i++) {
-        values[i] = get_double(payload + 16 + 8 * i);
+        values[i] = shcdi_get_double(payload + 16 + 8 * i);
         if (!shcdi_is_finite(values[i])) {
             return shcdi_fail(error, SHCD_ERR_NOT_FINITE,
                               "model_read: value %zu of chunk FITR is not finite, byte %zu", i,
                               at + CHUNK_HEADER + 16 + 8 * i);
         }
     }
-    out->fit.n_triangles = get_u64(payload);
-    out->fit.n_vertices = get_u64(payload + 8);
+    out->fit.n_triangles = shcdi_get_u64(payload);
+    out->fit.n_vertices = shcdi_get_u64(payload + 8);
     memcpy((char *)&out->fit + 16, values, sizeof values);
     out->has_fit = out->fit.n_triangles != 0;
     return SHCD_OK;
+}
+
+/* The rows are checked when the degree is known, whichever chunk comes first. */
+static shcd_status read_cost(const unsigned char *payload, uint64_t length, size_t at, parsed *out,
+                             shcd_error *error) {
+    const size_t n = shcdi_cost_payload_rows(payload, length);
+    if (out->cost != NULL || n == 0) {
+        return shcdi_fail(
+            error, SHCD_ERR_FORMAT,
+            "model_read: chunk COST is a second one, or its %llu bytes do not fit its "
+            "number of rows, byte %zu",
+            (unsigned long long)length, at);
+    }
+    out->cost = payload;
+    out->cost_at = at;
+    out->n_cost_rows = n;
+    return SHCD_OK;
+}
+
+static shcd_status check_cost(const parsed *in, shcd_error *error) {
+    char machine[SHCD_COST_MACHINE_SIZE], where[64];
+    (void)snprintf(where, sizeof where, "model_read: chunk COST at byte %zu", in->cost_at);
+    shcdi_cost_read_machine(in->cost, machine);
+    shcd_status status = shcdi_cost_check_machine(where, SHCD_ERR_FORMAT, machine, error);
+    for (size_t i = 0; status == SHCD_OK && i < in->n_cost_rows; i++) {
+        shcd_cost_row row;
+        shcdi_cost_read_row(in->cost, i, &row);
+        status = shcdi_cost_check_row(where, SHCD_ERR_FORMAT, in->degree, &row, i, error);
+    }
+    return status;
 }
 
 /* Checks the chunk at byte `at` and advances `at` past it. */
@@ -224,27 +234,29 @@ static shcd_status read_chunk(const unsigned char *bytes, size_t size, size_t *a
     if (left < chunk_size(0)) {
         return shcdi_fail(error, SHCD_ERR_FORMAT, "model_read: chunk cut off at byte %zu", *at);
     }
-    const uint64_t length = get_u64(p + 16);
+    const uint64_t length = shcdi_get_u64(p + 16);
     if (length > left - chunk_size(0)) {
         return shcdi_fail(error, SHCD_ERR_FORMAT,
                           "model_read: chunk at byte %zu says %llu bytes, %zu are left", *at,
                           (unsigned long long)length, left - chunk_size(0));
     }
     const size_t n = CHUNK_HEADER + (size_t)length;
-    if (get_u32(p + n) != (uint32_t)crc32_z(0, p, n)) {
+    if (shcdi_get_u32(p + n) != (uint32_t)crc32_z(0, p, n)) {
         return shcdi_fail(error, SHCD_ERR_FORMAT,
                           "model_read: CRC of the chunk at byte %zu differs", *at);
     }
-    const int known_version = get_u32(p + 4) == 1 && get_u32(p + 12) == 0;
+    const int known_version = shcdi_get_u32(p + 4) == 1 && shcdi_get_u32(p + 12) == 0;
     shcd_status status = SHCD_OK;
     if (known_version && memcmp(p, "COEF", 4) == 0) {
         status = read_coefficients(p + CHUNK_HEADER, length, *at, out, error);
     } else if (known_version && memcmp(p, "FITR", 4) == 0) {
         status = read_fit(p + CHUNK_HEADER, length, *at, out, error);
-    } else if ((get_u32(p + 8) & CHUNK_REQUIRED) != 0) {
+    } else if (known_version && memcmp(p, "COST", 4) == 0) {
+        status = read_cost(p + CHUNK_HEADER, length, *at, out, error);
+    } else if ((shcdi_get_u32(p + 8) & CHUNK_REQUIRED) != 0) {
         status = shcdi_fail(error, SHCD_ERR_UNSUPPORTED,
                             "model_read: required chunk 0x%08x version %u at byte %zu is unknown",
-                            get_u32(p), get_u32(p + 4), *at);
+                            shcdi_get_u32(p), shcdi_get_u32(p + 4), *at);
     }
     *at += n + 4;
     return status;
@@ -253,18 +265,30 @@ static shcd_status read_chunk(const unsigned char *bytes, size_t size, size_t *a
 static shcd_status make(const parsed *in, const shcd_allocator *allocator, shcd_model **model,
                         shcd_error *error) {
     const shcd_allocator memory = shcdi_allocator(allocator);
-    const size_t n = 3 * SHCD_COUNT(in->degree);
-    double *coefficients = memory.allocate(n * sizeof *coefficients, memory.user);
+    const size_t n = 3 * SHCD_COUNT(in->degree), n_rows = in->n_cost_rows;
+    const size_t size = n * sizeof(double) + n_rows * sizeof(shcd_cost_row);
+    double *coefficients = memory.allocate(size, memory.user);
+    char machine[SHCD_COST_MACHINE_SIZE] = "";
     if (coefficients == NULL) {
         return shcdi_fail(error, SHCD_ERR_MEMORY, "model_read: out of memory");
     }
     for (size_t i = 0; i < n; i++) {
-        coefficients[i] = get_double(in->coefficients + 8 * i);
+        coefficients[i] = shcdi_get_double(in->coefficients + 8 * i);
+    }
+    shcd_cost_row *rows = (shcd_cost_row *)(void *)(coefficients + n);
+    for (size_t i = 0; i < n_rows; i++) {
+        shcdi_cost_read_row(in->cost, i, &rows[i]);
+    }
+    if (n_rows > 0) {
+        shcdi_cost_read_machine(in->cost, machine);
     }
     shcd_model_def def = SHCD_MODEL_DEF_INIT;
     def.degree = in->degree;
     def.coefficients = coefficients;
     def.fit = in->has_fit ? &in->fit : NULL;
+    def.cost_rows = n_rows > 0 ? rows : NULL;
+    def.n_cost_rows = n_rows;
+    def.cost_machine = machine;
     const shcd_status status = shcd_model_create(&def, allocator, model, error);
     memory.release(coefficients, memory.user);
     return status;
@@ -293,6 +317,10 @@ shcd_status shcd_model_read(const void *bytes, size_t size, const shcd_allocator
     }
     if (found.degree == 0) {
         return shcdi_fail(error, SHCD_ERR_FORMAT, "model_read: no chunk COEF");
+    }
+    status = found.cost != NULL ? check_cost(&found, error) : SHCD_OK;
+    if (status != SHCD_OK) {
+        return status;
     }
     return make(&found, allocator, model, error);
 }

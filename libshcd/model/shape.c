@@ -2,6 +2,8 @@
 /* Box, volume, area, enclosing ball and kernel of a body, from its leaf tessellation. */
 #include "model/model.h"
 
+#define SPREAD_VERTICES 1026 /* of a tree of level 4 */
+
 static void measure_box(shcd_model *model) {
     const shcdi_tree *tree = &model->tree;
     shcd_vec3 lo = tree->position[0], hi = lo;
@@ -67,7 +69,28 @@ static void measure_ball(shcd_model *model) {
     model->info.radius_m = radius * (1.0 + 1e-12);
 }
 
+/* How much the surface spreads the parameter sphere: the smallest |S(a) - S(b)| / angle(a, b), over
+ * pairs of the coarser vertices, which come first, and over neighbours by the leaves' bounds. */
+static void measure_spread(shcd_model *model) {
+    const shcdi_tree *tree = &model->tree;
+    const size_t n = tree->n_vertices < SPREAD_VERTICES ? tree->n_vertices : SPREAD_VERTICES;
+    double least = HUGE_VAL;
+    for (size_t i = 0; i < tree->n_leaves; i++) {
+        least = shcdi_min(least, (double)tree->leaf[i].sigma);
+    }
+    for (size_t i = 1; i < n; i++) {
+        for (size_t k = 0; k < i; k++) {
+            const shcd_vec3 w = shcd_sub(tree->direction[i], tree->direction[k]);
+            const shcd_vec3 x = shcd_sub(tree->position[i], tree->position[k]);
+            const double angle = 2.0 * asin(shcdi_min(1.0, 0.5 * shcd_norm(w)));
+            least = shcdi_min(least, shcd_norm(x) / angle);
+        }
+    }
+    model->spread_m = least;
+}
+
 void shcdi_shape_measure(shcd_model *model) {
+    measure_spread(model);
     measure_box(model);
     measure_volume(model);
     measure_ball(model);

@@ -1,45 +1,127 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Evaluation of S(w) = sum_i c_i Y_i(w), c_i in R^3, and of its derivatives on the unit sphere. The
- * only place that knows how coefficients are laid out for evaluation. */
+ * only place that knows how coefficients are laid out for evaluation.
+ *
+ * There are several compiled paths; all do the same IEEE operations in the same order and give the
+ * same bits. */
 #ifndef SHCDI_MODEL_SURFACE_H
 #define SHCDI_MODEL_SURFACE_H
 
 #include "base/internal.h"
+#include "shcd/model.h"
 
-/** A series ready for evaluation. Both tables run over m = 0..L, within it l = m..L. */
+/** A series ready for evaluation. Both tables are fastest when aligned to 64 bytes, and need not be
+ *  aligned beyond what a double needs. */
 typedef struct shcdi_series {
     int degree;
-    const double *recurrence; /**< 2 per (l,m): a_lm, b_lm; then L+1 diagonal factors */
-    const double *packed;     /**< 6 per (l,m): c_lm and c_l,-m, each x, y, z */
+    const double *recurrence; /**< constants: shcdi_recurrence_fill() */
+    const double *packed;     /**< coefficients: shcdi_pack() */
+    int simd;                 /**< a shcd_simd that this processor has; 0: portable */
 } shcdi_series;
 
-/** Number of (l, m >= 0) pairs up to a degree. */
-static inline size_t shcdi_pair_count(int degree) {
-    return ((size_t)degree + 1) * ((size_t)degree + 2) / 2;
-}
-
-static inline size_t shcdi_recurrence_size(int degree) {
-    return 2 * shcdi_pair_count(degree) + (size_t)degree + 1;
-}
+/** Doubles that shcdi_recurrence_fill() and shcdi_pack() fill. */
+size_t shcdi_recurrence_size(int degree);
+size_t shcdi_packed_size(int degree);
 
 void shcdi_recurrence_fill(int degree, double *recurrence);
 
-/** From the public order, 3 (degree+1)^2 values, to the packed one. */
+/** From the public order, 3 (degree+1)^2 values, to the packed one. RT safe. */
 void shcdi_pack(int degree, const double *coefficients, double *packed);
 
-/** Value and derivatives along the tangent frame of w (t1 x t2 = w): first derivatives s1, s2 and
- *  covariant second derivatives s11, s12, s22, so that along the great circle that leaves w with
- *  direction v = v1 t1 + v2 t2 the derivative is v1 s1 + v2 s2 and the second derivative is
- *  v1^2 s11 + 2 v1 v2 s12 + v2^2 s22. */
+/** shcdi_pack() with the constants of a series of that degree at hand: the same bits, faster. RT
+ *  safe. */
+void shcdi_pack_for(const shcdi_series *series, const double *coefficients, double *packed);
+
+/** The fastest path of this processor for SHCD_SIMD_AUTO; a path that it has, or that is not known
+ *  at all, as it is; 0 for one that it does not have. Not RT safe. */
+int shcdi_simd_choose(int wanted);
+
+/** Value and derivatives along a tangent frame of w (t1 x t2 = w; t1 is horizontal, t2 points to
+ * the north, at the poles t1 = (0, 1, 0)): first derivatives s1, s2 and covariant second
+ * derivatives s11, s12, s22, so that along the great circle that leaves w with direction v = v1 t1
+ * + v2 t2 the derivative is v1 s1 + v2 s2 and the second derivative is v1^2 s11 + 2 v1 v2 s12 +
+ * v2^2 s22. */
 typedef struct shcdi_jet {
     shcd_vec3 t1, t2;
     shcd_vec3 s, s1, s2, s11, s12, s22;
 } shcdi_jet;
 
+/* ---- the compiled paths (surface_kernel.h); w by coordinates, which stay in registers ---- */
+
+#define SHCDI_DECLARE_PATH(suffix)                                                                 \
+    void shcdi_point_##suffix(const shcdi_series *series, int degree, double x, double y,          \
+                              double z, shcd_vec3 *s);                                             \
+    void shcdi_first_##suffix(const shcdi_series *series, int degree, double x, double y,          \
+                              double z, shcdi_jet *jet);                                           \
+    void shcdi_jet_##suffix(const shcdi_series *series, int degree, double x, double y, double z,  \
+                            shcdi_jet *jet);                                                       \
+    void shcdi_partial_##suffix(const shcdi_series *series, double x, double y, double z,          \
+                                shcd_vec3 *sum);                                                   \
+    void shcdi_points_##suffix(const shcdi_series *series, int degree, const shcd_vec3 *w,         \
+                               size_t n, shcd_vec3 *out);                                          \
+    void shcdi_octants_##suffix(const shcdi_series *series, const shcd_vec3 *w, size_t n,          \
+                                shcd_vec3 *out);
+
+/* A switch, not pointers in the series: what a tick can call stays visible, and a series holds no
+ * addresses of code. */
+SHCDI_DECLARE_PATH(portable)
+#ifdef __x86_64__
+SHCDI_DECLARE_PATH(avx2)
+SHCDI_DECLARE_PATH(avx512)
+#define SHCDI_ON_PATH(simd, name, ...)                                                             \
+    switch (simd) {                                                                                \
+    case SHCD_SIMD_AVX512:                                                                         \
+        shcdi_##name##_avx512(__VA_ARGS__);                                                        \
+        break;                                                                                     \
+    case SHCD_SIMD_AVX2:                                                                           \
+        shcdi_##name##_avx2(__VA_ARGS__);                                                          \
+        break;                                                                                     \
+    default:                                                                                       \
+        shcdi_##name##_portable(__VA_ARGS__);                                                      \
+        break;                                                                                     \
+    }
+#else
+#define SHCDI_ON_PATH(simd, name, ...) shcdi_##name##_portable(__VA_ARGS__);
+#endif
+
 /** S(w) truncated at `degree` <= series degree; w a unit vector. RT safe. */
-shcd_vec3 shcdi_surface_point(const shcdi_series *series, int degree, shcd_vec3 w);
+static inline shcd_vec3 shcdi_surface_point(const shcdi_series *series, int degree, shcd_vec3 w) {
+    shcd_vec3 s;
+    SHCDI_ON_PATH(series->simd, point, series, degree, w.x, w.y, w.z, &s)
+    return s;
+}
 
 /** S, first and second derivatives. RT safe. */
-void shcdi_surface_jet(const shcdi_series *series, int degree, shcd_vec3 w, shcdi_jet *jet);
+static inline void shcdi_surface_jet(const shcdi_series *series, int degree, shcd_vec3 w,
+                                     shcdi_jet *jet) {
+    SHCDI_ON_PATH(series->simd, jet, series, degree, w.x, w.y, w.z, jet)
+}
+
+/** Fills t1, t2, s, s1, s2 of `jet` and leaves the rest, with the bits of shcdi_surface_jet(). RT
+ *  safe. */
+static inline void shcdi_surface_first(const shcdi_series *series, int degree, shcd_vec3 w,
+                                       shcdi_jet *jet) {
+    SHCDI_ON_PATH(series->simd, first, series, degree, w.x, w.y, w.z, jet)
+}
+
+/** All partial sums: sum[d] is S truncated at d, d = 0 .. series degree, with the bits of
+ *  shcdi_surface_point(). RT safe. */
+static inline void shcdi_surface_partial(const shcdi_series *series, shcd_vec3 w, shcd_vec3 *sum) {
+    SHCDI_ON_PATH(series->simd, partial, series, w.x, w.y, w.z, sum)
+}
+
+/** out[i] = shcdi_surface_point(series, degree, w[i]), the same bits, in less time. RT safe. */
+static inline void shcdi_surface_points(const shcdi_series *series, int degree, const shcd_vec3 *w,
+                                        size_t n, shcd_vec3 *out) {
+    SHCDI_ON_PATH(series->simd, points, series, degree, w, n, out)
+}
+
+/** S at the eight mirror images of each direction: out[image * n + i], image = 1 (x negated) + 2 (y
+ *  negated) + 4 (z negated), image 0 is w[i] itself. Rounded otherwise than single points (parities
+ *  are summed apart), within the same bound. RT safe. */
+static inline void shcdi_surface_octants(const shcdi_series *series, const shcd_vec3 *w, size_t n,
+                                         shcd_vec3 *out) {
+    SHCDI_ON_PATH(series->simd, octants, series, w, n, out)
+}
 
 #endif

@@ -97,6 +97,18 @@ static void octahedron(lattice *g, corner (*c)[3], uint32_t (*v)[3]) {
     }
 }
 
+/* Centre of a leaf, and the angle from it to the farthest corner, rounded up. */
+static double leaf_angle(const shcdi_tree *tree, size_t i, shcd_vec3 *centre) {
+    const uint32_t *v = tree->leaf[i].vertex;
+    const shcd_vec3 w[3] = {tree->direction[v[0]], tree->direction[v[1]], tree->direction[v[2]]};
+    *centre = shcd_unit(shcd_add(w[0], shcd_add(w[1], w[2])));
+    double chord = 0.0;
+    for (int k = 0; k < 3; k++) {
+        chord = shcdi_max(chord, shcd_norm(shcd_sub(w[k], *centre)));
+    }
+    return 2.0 * asin(shcdi_min(1.0, 0.5 * chord)) * OUTWARD;
+}
+
 /* Triangles of all levels, finest last; the two buffers hold n_leaves triangles each. */
 static void subdivide(shcdi_tree *tree, uint32_t *index, corner (*corners)[3], uint32_t (*ids)[3]) {
     lattice g = {1 << tree->level, index, tree};
@@ -115,10 +127,15 @@ static void subdivide(shcdi_tree *tree, uint32_t *index, corner (*corners)[3], u
     for (size_t t = 0; t < tree->n_leaves; t++) {
         memcpy(tree->leaf[t].vertex, ids[t], sizeof ids[t]);
     }
+    for (size_t t = 0; t < tree->n_leaves; t++) {
+        shcd_vec3 centre;
+        tree->angle_max = shcdi_max(tree->angle_max, leaf_angle(tree, t, &centre));
+    }
+    tree->reach = SHCDI_TREE_REACH * tree->angle_max;
 }
 
 shcd_status shcdi_tree_create(int level, const shcd_allocator *allocator, shcdi_tree *tree) {
-    shcdi_tree t = {level, 0, shcdi_tree_level_size(level), NULL, NULL, NULL, NULL, 0.0};
+    shcdi_tree t = {.level = level, .n_leaves = shcdi_tree_level_size(level)};
     const size_t n_vertices = t.n_leaves / 2 + 2;
     const size_t side = ((size_t)2 << level) + 1;
     t.direction = allocator->allocate(n_vertices * sizeof *t.direction, allocator->user);
@@ -185,22 +202,19 @@ static void fill_leaf(shcdi_tree *tree, const shcdi_bounds *bounds, double evalu
         w[k] = tree->direction[leaf->vertex[k]];
         x[k] = tree->position[leaf->vertex[k]];
     }
-    const shcd_vec3 centre = shcd_unit(shcd_add(w[0], shcd_add(w[1], w[2])));
-    double chord = 0.0;
-    for (int k = 0; k < 3; k++) {
-        chord = shcdi_max(chord, shcd_norm(shcd_sub(w[k], centre)));
-    }
-    const double radius = 2.0 * asin(shcdi_min(1.0, 0.5 * chord));
-    double inner[3], outer[3];
-    /* the deviation needs the leaf itself, tests of uniqueness look as far again beyond it */
-    shcdi_bounds_cap(bounds, centre, radius, inner);
-    shcdi_bounds_cap(bounds, centre, 2.0 * radius, outer);
+    shcd_vec3 centre;
+    const double radius = leaf_angle(tree, i, &centre);
+    double inner[SHCDI_SUPREMA], outer[SHCDI_SUPREMA], least;
+    /* the deviation needs the leaf itself, proofs of uniqueness look beyond it */
+    shcdi_bounds_cap(bounds, centre, radius, inner, NULL);
+    shcdi_bounds_cap(bounds, centre, tree->reach, outer, &least);
     leaf->deviation = round_up(shcdi_patch_deviation(w[0], w[1], w[2], inner[0], inner[1]) +
                                2.0 * evaluation_error_m);
     leaf->m1 = round_up(outer[0]);
     leaf->m2 = round_up(outer[1]);
     leaf->m3 = round_up(outer[2]);
-    leaf->reach = (float)(2.0 * radius * (1.0 - 0x1p-22));
+    leaf->product = round_up(outer[3]);
+    leaf->sigma = (float)(least * (1.0 - 0x1p-22));
     shcdi_ball *ball = &tree->ball[shcdi_tree_level_start(tree->level) + i];
     ball->centre = shcd_scale(1.0 / 3.0, shcd_add(x[0], shcd_add(x[1], x[2])));
     ball->radius = 0.0;

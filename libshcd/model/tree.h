@@ -9,13 +9,15 @@
 
 #define SHCDI_TREE_LEVEL_MAX 6
 
-/** Bounds of one leaf triangle, rounded up to float. m1..m3 bound |S'|, |S''|, |S'''| along great
- *  circles at every parameter within `reach` of the leaf's centre. */
+/** Bounds of one leaf triangle, rounded outward to float: m1..m3 bound the first three derivatives
+ *  along great circles from above and sigma the first from below, at every parameter within the
+ *  tree's reach of the leaf's centre. */
 typedef struct shcdi_leaf {
     uint32_t vertex[3]; /**< counter-clockwise seen from outside the sphere */
     float deviation;    /**< |S(w) - flat triangle| over the leaf [m] */
     float m1, m2, m3;
-    float reach; /**< angle [rad] */
+    float sigma;
+    float product; /**< bounds |S'.S''|, like m1..m3 */
 } shcdi_leaf;
 
 /** Ball that contains S(w) for all w of a node. */
@@ -34,7 +36,14 @@ typedef struct shcdi_tree {
     shcdi_leaf *leaf;     /**< n_leaves */
     shcdi_ball *ball;     /**< levels 0 .. level, one after the other */
     double deviation_max;
+    double angle_max; /**< every leaf lies within this angle of its centre */
+    double reach;     /**< SHCDI_TREE_REACH times that */
 } shcdi_tree;
+
+/** How far bounds of a leaf look beyond it: the leaves that compete with the closest point's own
+ * lie around it, up to a leaf's diameter of sqrt(3) circumradii from a foot in its corner, and the
+ * foot itself up to one from the centre. */
+#define SHCDI_TREE_REACH 3.0
 
 static inline size_t shcdi_tree_level_size(int level) {
     return (size_t)8 << (2 * level);

@@ -114,17 +114,20 @@ static unsigned char seed_bytes[N_SEEDS][CAPACITY];
 static mutant seeds[N_SEEDS];
 
 /* An ellipsoid with small ripples. */
-static shcd_model *make_body(int degree, int with_fit, const shcd_allocator *allocator) {
+static shcd_model *make_body(int degree, int with_fit, size_t n_cost_rows,
+                             const shcd_allocator *allocator) {
     static const double half_axes[3] = {0.05, 0.04, 0.03};
     const double n1 = 0.48860251190291992;
     const size_t n = 3 * SHCD_COUNT(degree);
     check_random r = {0xb0d1e5u + (uint64_t)degree};
     double *coefficients = calloc(n, sizeof *coefficients);
     shcd_fit_record fit;
+    shcd_cost_row rows[4];
     shcd_model_def def = SHCD_MODEL_DEF_INIT;
     shcd_model *model = NULL;
     shcd_error error = {SHCD_OK, ""};
     assert_non_null(coefficients);
+    assert_true(n_cost_rows <= sizeof rows / sizeof rows[0]);
     for (size_t i = 12; i < n; ++i) {
         coefficients[i] = check_uniform(&r, -1.0, 1.0) * 0.002 / (double)SHCD_COUNT(degree);
     }
@@ -138,6 +141,17 @@ static shcd_model *make_body(int degree, int with_fit, const shcd_allocator *all
     def.degree = degree;
     def.coefficients = coefficients;
     def.fit = with_fit ? &fit : NULL;
+    memset(rows, 0, sizeof rows);
+    for (size_t i = 0; i < n_cost_rows; ++i) {
+        rows[i].degree = 1 + (int32_t)i % degree;
+        rows[i].tier = (int32_t)i;
+        rows[i].map_resolution = i == SHCD_TIER_MAP ? 32 : 0;
+        rows[i].error_max_m = 1e-4;
+        rows[i].ns_p50 = rows[i].ns_p99 = 500.0 * (double)(i + 1);
+    }
+    def.cost_rows = rows;
+    def.n_cost_rows = n_cost_rows;
+    def.cost_machine = "a machine";
     if (shcd_model_create(&def, allocator, &model, &error) != SHCD_OK) {
         fail_msg("%s", error.message);
     }
@@ -147,9 +161,10 @@ static shcd_model *make_body(int degree, int with_fit, const shcd_allocator *all
 
 static int make_seeds(void **state) {
     static const int degree[N_SEEDS] = {1, 1, 2, 3};
+    static const size_t n_cost_rows[N_SEEDS] = {0, 4, 0, 2};
     (void)state;
     for (size_t i = 0; i < N_SEEDS; ++i) {
-        shcd_model *model = make_body(degree[i], i > 0, NULL);
+        shcd_model *model = make_body(degree[i], i > 0, n_cost_rows[i], NULL);
         seeds[i].bytes = seed_bytes[i];
         seeds[i].size = shcd_model_write_size(model);
         seeds[i].capacity = CAPACITY;
@@ -200,13 +215,13 @@ static uint64_t any_length(check_random *r, uint64_t length) {
 
 /* A change that keeps to the format: a field of a chunk's header, one more chunk, one fewer. */
 static void change_chunk(check_random *r, mutant *m, size_t at) {
-    static const char *const names[] = {"COEF", "FITR", "XTRA", "\0\0\0\0"};
+    static const char *const names[] = {"COEF", "FITR", "COST", "XTRA", "\0\0\0\0"};
     const size_t end = next_chunk(m, at);
     unsigned char piece[CAPACITY];
     memcpy(piece, m->bytes + at, end - at);
     switch (mutate_below(r, 8)) {
     case 0:
-        memcpy(m->bytes + at, names[mutate_below(r, 4)], 4);
+        memcpy(m->bytes + at, names[mutate_below(r, 5)], 4);
         break;
     case 1:
         put_bits(m->bytes + at + 4 * (1 + mutate_below(r, 3)), check_random_bits(r) & 3u, 4);
@@ -233,7 +248,7 @@ static void change_chunk(check_random *r, mutant *m, size_t at) {
 }
 
 static void change(check_random *r, mutant *m) {
-    static const char *const pieces[] = {"COEF", "FITR", "XTRA", "\1", "\xff\xff\xff\xff"};
+    static const char *const pieces[] = {"COEF", "FITR", "COST", "XTRA", "\1", "\xff\xff\xff\xff"};
     static const mutate_tokens tokens = {pieces, sizeof pieces / sizeof pieces[0]};
     const size_t kind = mutate_below(r, 16), at = any_chunk(r, m), end = next_chunk(m, at);
     if (end == 0 || kind == 0) {
@@ -392,7 +407,7 @@ static void test_model_create_memory_is_bounded_by_the_degree(void **state) {
         meter m = {0, 0};
         const shcd_allocator allocator = {meter_allocate, meter_release, &m};
         const size_t n_harmonics = SHCD_COUNT(degrees[i]);
-        shcd_model *model = make_body(degrees[i], 0, &allocator);
+        shcd_model *model = make_body(degrees[i], 0, 0, &allocator);
         print_message("degree %d: %zu bytes at most, %zu kept\n", degrees[i], m.peak, m.now);
         assert_true(m.peak <= BYTES_CONSTANT + BYTES_PER_HARMONIC * n_harmonics);
         shcd_model_free(model);

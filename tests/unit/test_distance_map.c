@@ -127,6 +127,7 @@ static void test_latitude_longitude_is_bilinear_up_to_poles_and_seam(void **stat
     check_random random = {202};
     shcd_model *model = bodies_create_random(&random, 5, 0.08);
     const shcd_map_options options = maps_on_grid(SHCD_MAP_LATITUDE_LONGITUDE, 24);
+    shcd_model *tree = maps_with_tree(model);
     shcd_map *map = maps_create(model, &options);
     const shcdi_map *m = &map->map;
     const double step = BODIES_PI / 24.0;
@@ -156,7 +157,7 @@ static void test_latitude_longitude_is_bilinear_up_to_poles_and_seam(void **stat
         const shcd_vec3 z = {0.0, 0.0, pole == 0 ? 1.0 : -1.0};
         const double r = maps_look(map, z, SHCD_MAP_LINEAR).crossing[0].radius_m;
         shcdi_hit hits[SHCDI_MAP_CROSSINGS_MAX + 1];
-        assert_int_equal(shcdi_cast(model, m->centre, z, hits), 1);
+        assert_int_equal(shcdi_cast(tree, m->centre, z, hits), 1);
         assert_near(r, hits[0].radius, MAPS_STORED * r);
         for (int k = 0; k < 48; k++) { /* one value whichever way the pole is approached */
             const double theta = pole == 0 ? 1e-9 : BODIES_PI - 1e-9;
@@ -167,6 +168,7 @@ static void test_latitude_longitude_is_bilinear_up_to_poles_and_seam(void **stat
         }
     }
     shcd_map_free(map);
+    shcd_model_free(tree);
     shcd_model_free(model);
 }
 
@@ -230,11 +232,12 @@ static void test_sphere_from_outside(void **state) {
     shcd_map *map = maps_create(model, &options);
     const shcd_map_info info = maps_describe(map);
     size_t n_bounded = 0, n_twice = 0, n_edge = 0;
+    const size_t n = 1000 + check_scaled(3000); /* enough to meet all three */
     (void)state;
     assert_int_equal(info.centre_inside, 0);
     assert_int_equal(info.crossings_max, 2);
     assert_true(info.star_margin_m == 0.0 && info.bounded_share > 0.5);
-    for (size_t i = 0; i < check_scaled(4000); i++) {
+    for (size_t i = 0; i < n; i++) {
         const shcd_vec3 d = bodies_random_direction(&random);
         const double along = shcd_dot(options.centre_m, d);
         const double square = along * along + 1.0 - shcd_dot(options.centre_m, options.centre_m);
@@ -303,6 +306,7 @@ static void test_proven_counts_and_radii_agree_with_all_rays_cast(void **state) 
         shcd_model *model = b == 0   ? bodies_create_bent(0.5, 0.6, 1.2, 3.0)
                             : b == 1 ? bodies_create_bent(0.3, 0.5, 1.0, 0.8)
                                      : bodies_create_random(&random, 9, 0.25);
+        shcd_model *tree = maps_with_tree(model);
         for (int grid = 0; grid < 2; grid++) {
             const shcd_map_options options = maps_on_grid(grid, b == 0 ? 40 : 24);
             shcd_map *map = maps_create(model, &options);
@@ -316,7 +320,7 @@ static void test_proven_counts_and_radii_agree_with_all_rays_cast(void **state) 
                     continue;
                 }
                 shcdi_hit hits[SHCDI_MAP_CROSSINGS_MAX + 1];
-                assert_int_equal(shcdi_cast(model, info.centre_m, d, hits), ray.count);
+                assert_int_equal(shcdi_cast(tree, info.centre_m, d, hits), ray.count);
                 n_bounded++;
                 several += ray.count > 1;
                 for (int k = 0; k < ray.count; k++) {
@@ -331,6 +335,7 @@ static void test_proven_counts_and_radii_agree_with_all_rays_cast(void **state) 
             assert_true(n_bounded > 0);
             shcd_map_free(map);
         }
+        shcd_model_free(tree);
         shcd_model_free(model);
     }
 }
@@ -409,6 +414,64 @@ static void test_look_ups_repeat_bit_by_bit_and_never_allocate(void **state) {
     shcd_model_free(model);
 }
 
+/* ---- work ---- */
+
+/* What map_build.c and map_bound.c allow: 400 steps of Newton's method for each of the 4098 nodes
+ * and of the 1021 directions whose error is measured, 100 for each of the 8192 cells. */
+static const size_t nodes_max = 400 * 4098, steps_max = 400 * (4098 + 1021) + 100 * 8192;
+
+static void test_a_knot_takes_a_capped_number_of_steps(void **state) {
+    check_random random = {9};
+    shcd_model *knot = bodies_create_random(&random, 20, 4.0);
+    size_t n_unsure = 0;
+    (void)state;
+    for (size_t i = 0; i < knot->map.n_slots; i++) {
+        n_unsure += knot->map.count[i] == SHCDI_MAP_UNSURE;
+    }
+    print_message("%zu steps of %zu, %zu of %zu nodes without a count\n", knot->map.n_steps,
+                  steps_max, n_unsure, knot->map.n_slots);
+    assert_in_range(knot->map.n_steps, nodes_max, steps_max); /* without a cap: 2.7 million */
+    assert_true(n_unsure > 0);
+    shcd_model_free(knot);
+}
+
+static void test_bodies_stay_far_below_the_cap_of_steps(void **state) {
+    check_random random = {210};
+    shcd_model *model[2] = {bodies_create_bent(0.5, 0.6, 1.2, 1.0),
+                            bodies_create_random(&random, 15, 0.3)};
+    (void)state;
+    for (int i = 0; i < 2; i++) {
+        print_message("%zu steps of %zu\n", model[i]->map.n_steps, steps_max);
+        assert_true(model[i]->map.n_steps > 0);
+        assert_in_range(4 * model[i]->map.n_steps, 4, steps_max);
+        shcd_model_free(model[i]);
+    }
+}
+
+static void test_a_ray_stops_when_no_steps_are_left(void **state) {
+    shcd_model *model = bodies_create_bent(0.5, 0.6, 1.2, 0.3);
+    shcd_model *tree = maps_with_tree(model);
+    const shcd_vec3 centre = bodies_info(model).star_centre_m, d = {0.6, 0.0, 0.8};
+    const size_t plenty = 100000;
+    shcdi_hit hits[SHCDI_MAP_CROSSINGS_MAX + 1];
+    size_t left = plenty;
+    (void)state;
+    const int n = shcdi_cast_within(tree, centre, d, &left, hits);
+    assert_int_equal(n, shcdi_cast(tree, centre, d, hits));
+    const size_t taken = plenty - left;
+    assert_in_range(taken, 1, 1920);
+    for (size_t k = 0; k <= taken; k++) {
+        left = k;
+        assert_int_equal(shcdi_cast_within(tree, centre, d, &left, hits),
+                         SHCDI_MAP_CROSSINGS_MAX + 1);
+        assert_int_equal(left, 0);
+    }
+    left = taken + 1;
+    assert_int_equal(shcdi_cast_within(tree, centre, d, &left, hits), n);
+    shcd_model_free(tree);
+    shcd_model_free(model);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_angles_need_no_libm),
@@ -419,6 +482,9 @@ int main(void) {
         cmocka_unit_test(test_sphere_from_outside),
         cmocka_unit_test(test_a_body_between_the_nodes_is_not_overlooked),
         cmocka_unit_test(test_proven_counts_and_radii_agree_with_all_rays_cast),
+        cmocka_unit_test(test_a_knot_takes_a_capped_number_of_steps),
+        cmocka_unit_test(test_bodies_stay_far_below_the_cap_of_steps),
+        cmocka_unit_test(test_a_ray_stops_when_no_steps_are_left),
         cmocka_unit_test(test_each_failing_allocation_is_survived),
         cmocka_unit_test(test_look_ups_repeat_bit_by_bit_and_never_allocate)};
     return cmocka_run_group_tests(tests, NULL, NULL);

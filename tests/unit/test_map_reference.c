@@ -60,6 +60,7 @@ static void test_reference_of_low_degree(void **state) {
     shcd_map_options options = maps_on_grid(SHCD_MAP_OCTAHEDRAL, 24);
     (void)state;
     options.reference = SHCD_MAP_REFERENCE_LOW_DEGREE;
+    shcd_model *tree = maps_with_tree(model);
     for (int degree = 1; degree <= 8; degree += degree < 3 ? 1 : 5) {
         double least[2] = {HUGE_VAL, HUGE_VAL};
         for (int enclosing = 0; enclosing < 2; enclosing++) {
@@ -73,7 +74,7 @@ static void test_reference_of_low_degree(void **state) {
                 const shcd_vec3 d = bodies_random_direction(&random);
                 shcdi_hit hits[SHCDI_MAP_CROSSINGS_MAX + 1];
                 double r;
-                assert_int_equal(shcdi_cast(model, info.centre_m, d, hits), 1);
+                assert_int_equal(shcdi_cast(tree, info.centre_m, d, hits), 1);
                 assert_int_equal(shcd_map_reference_radius(map, d, &r), SHCD_OK);
                 least[enclosing] = fmin(least[enclosing], r - hits[0].radius);
                 if (degree == 8 && !enclosing) { /* the body itself */
@@ -89,6 +90,7 @@ static void test_reference_of_low_degree(void **state) {
         assert_true(degree == 8 || least[0] < 0.0);
         assert_true(least[1] >= (degree == 8 ? -1e-12 : 0.0));
     }
+    shcd_model_free(tree);
     shcd_model_free(model);
 }
 

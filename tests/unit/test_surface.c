@@ -19,13 +19,14 @@ typedef struct surface {
 
 static void surface_open(surface *s, int degree, const double *coefficients) {
     const size_t n = 3 * SHCD_COUNT(degree), r = shcdi_recurrence_size(degree);
-    s->memory = calloc(n + r + 6 * shcdi_pair_count(degree), sizeof(double));
+    s->memory = calloc(n + r + shcdi_packed_size(degree), sizeof(double));
     assert_non_null(s->memory);
     s->coefficients = s->memory;
     memcpy(s->coefficients, coefficients, n * sizeof(double));
     shcdi_recurrence_fill(degree, s->memory + n);
     shcdi_pack(degree, coefficients, s->memory + n + r);
-    s->series = (shcdi_series){degree, s->memory + n, s->memory + n + r};
+    s->series =
+        (shcdi_series){degree, s->memory + n, s->memory + n + r, shcdi_simd_choose(SHCD_SIMD_AUTO)};
 }
 
 static void surface_open_random(surface *s, int degree, uint64_t seed) {
