@@ -106,10 +106,10 @@ typedef struct shcd_allocator {
 } shcd_allocator;
 
 /** SHCD_VERSION of the library that is loaded. RT safe. */
-SHCD_API uint32_t shcd_version(void);
+SHCD_API SHCD_RT uint32_t shcd_version(void);
 
 /** Short English text of a status; never NULL. RT safe. */
-SHCD_API const char *shcd_status_string(shcd_status status);
+SHCD_API SHCD_RT const char *shcd_status_string(shcd_status status);
 
 /** Index i = l^2 + l + m of Y_lm in every coefficient array, |m| <= l. */
 #define SHCD_INDEX(l, m) ((size_t)(l) * (size_t)(l) + (size_t)((l) + (m)))

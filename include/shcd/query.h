@@ -17,7 +17,11 @@ extern "C" {
 typedef enum shcd_tier {
     SHCD_TIER_EXACT = 0, /**< certified global closest point, to a tolerance */
     SHCD_TIER_FAST = 1,  /**< closest leaf, then Newton: an upper bound with a proven lower bound */
-    SHCD_TIER_MAP = 2    /**< depth along the ray from the centre; NOT a distance (see below) */
+    SHCD_TIER_MAP = 2,   /**< depth along the ray from the centre; NOT a distance (see below) */
+    /** Newton from the last answer: local, continuous, and never "the distance". For bodies of a
+     *  scene and in cost tables; a query without a last answer (shcd_closest()) refuses it, see
+     *  shcd_track(). */
+    SHCD_TIER_TRACK = 3
 } shcd_tier;
 
 /** Bits of shcd_proximity::flags. */
@@ -46,7 +50,7 @@ typedef struct shcd_proximity {
     shcd_vec3 parameter;    /**< its parameter w, a unit vector */
     uint32_t flags;         /**< shcd_proximity_flag */
     uint32_t n_evaluations; /**< evaluations of the surface, with or without derivatives */
-    uint32_t n_patches;     /**< tree nodes and patches whose lower bound was computed */
+    uint32_t n_patches;     /**< lower bounds computed; 16 that are computed at once count as one */
     uint32_t n_newton;      /**< Newton steps */
 } shcd_proximity;
 

@@ -9,7 +9,8 @@
 #ifndef SHCD_SCENE_H
 #define SHCD_SCENE_H
 
-#include "shcd/model.h"
+#include "shcd/map.h"
+#include "shcd/tool.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -63,6 +64,40 @@ typedef struct shcd_effect_def {
     size_t n_parameters;
 } shcd_effect_def;
 
+/** How accurately the tools of a scene ask a body, and for how much. All zero: the exact tier with
+ * its default tolerance, and no budget. Usually filled by shcd_body_accuracy_of(). Frozen layout.
+ */
+typedef struct shcd_body_accuracy {
+    int32_t tier; /**< a shcd_tier. track and map are local or radial: the force of a foot that
+                       follows the tool, never one of "the distance" */
+    int32_t map_hermite; /**< map tier: 1: cubic, 0: linear */
+    const shcd_map *map; /**< map tier: borrowed, of the same model; NULL: the model's own */
+    double tolerance;    /**< as in shcd_query_options */
+    /** What the queries of all tools against this body may cost in one tick [us]; 0: no budget. A
+     *  tick counts, it never reads a clock: the prices below turn the budget into evaluations and
+     *  bounds, so that the same input gives the same bits on every machine. */
+    double budget_us;
+    double evaluation_ns; /**< price of one evaluation of the surface; above 0 with a budget [ns] */
+    double patch_ns;      /**< price of one bound [ns] */
+    double exact_ns;      /**< price of a usual exact query: with less the fast tier answers [ns] */
+    double fast_ns;       /**< price of a usual fast query: with less the track tier answers [ns] */
+    /** Share of a budget that goes into evaluations, the rest into bounds; 0: one half. */
+    double evaluation_share;
+    double reserved; /**< zero */
+} shcd_body_accuracy;
+
+/** What a row of a cost table means for a tick.
+ *
+ *  @param[in]  rows       the table; prices of other tiers come from rows of the same degree
+ *  @param[in]  row        index, e.g. from shcd_accuracy_choose()
+ *  @param[in]  budget_us  0: none
+ *  @param[out] accuracy   map is NULL; untouched on failure
+ *  @return SHCD_OK, SHCD_ERR_ARGUMENT, SHCD_ERR_NOT_FINITE. RT safe. */
+SHCD_API SHCD_RT SHCD_NODISCARD shcd_status shcd_body_accuracy_of(const shcd_cost_row *rows,
+                                                                  size_t n_rows, size_t row,
+                                                                  double budget_us,
+                                                                  shcd_body_accuracy *accuracy);
+
 /** Start from SHCD_BODY_DEF_INIT. In an array the stride is the first element's struct_size. */
 typedef struct shcd_body_def {
     size_t struct_size;
@@ -71,23 +106,38 @@ typedef struct shcd_body_def {
     shcd_pose body_in_world;
     const shcd_effect_def *effects;
     size_t n_effects;
+    shcd_body_accuracy accuracy;
 } shcd_body_def;
+#define SHCD_BODY_ACCURACY_DEFAULT                                                                 \
+    { 0, 0, NULL, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0 }
 #define SHCD_BODY_DEF_INIT                                                                         \
-    { sizeof(shcd_body_def), NULL, NULL, {{0.0, 0.0, 0.0}, {1.0, 0.0, 0.0, 0.0}}, NULL, 0 }
-
-/** Shape of a tool. */
-typedef enum shcd_tool_kind { SHCD_TOOL_POINT = 0, SHCD_TOOL_SPHERE = 1 } shcd_tool_kind;
+    {                                                                                              \
+        sizeof(shcd_body_def), NULL, NULL, {{0.0, 0.0, 0.0}, {1.0, 0.0, 0.0, 0.0}}, NULL, 0,       \
+            SHCD_BODY_ACCURACY_DEFAULT                                                             \
+    }
 
 /** Start from SHCD_TOOL_DEF_INIT. In an array the stride is the first element's struct_size. */
 typedef struct shcd_tool_def {
     size_t struct_size;
     const char *name; /**< unique among its kind, 1 to 63 bytes, no control characters */
-    int32_t kind;     /**< a shcd_tool_kind */
+    int32_t kind;     /**< a shcd_tool_kind; that of the geometry, if there is one */
     int32_t reserved0;
-    double radius_m; /**< sphere: > 0; point: 0 */
+    double radius_m; /**< sphere: > 0; point: 0; not read if there is a geometry */
+    /** Borrowed: it must outlive the scene. NULL: the point or sphere that kind and radius_m say.
+     *  Capsules, boxes, hulls and shells need one (shcd/tool.h). */
+    const shcd_tool_geometry *geometry;
+    /** Shell: share of its points that together feel a body's full stiffness, (0, 1]; 0 means 1.
+     *  See shcd_step(). */
+    double contact_share;
+    /** Cap of surface evaluations that this tool costs a body in a tick, above which the tick
+     *  degrades; 0: 400 up to degree 15, above it in inverse proportion to the harmonics, and four
+     *  times that for a shell. What is
+     *  begun below the cap is finished. */
+    uint32_t evaluations_max;
+    uint32_t reserved1; /**< zero */
 } shcd_tool_def;
 #define SHCD_TOOL_DEF_INIT                                                                         \
-    { sizeof(shcd_tool_def), NULL, 0, 0, 0.0 }
+    { sizeof(shcd_tool_def), NULL, 0, 0, 0.0, NULL, 0.0, 0, 0 }
 
 /** Start from SHCD_SCENE_DEF_INIT. */
 typedef struct shcd_scene_def {
@@ -101,7 +151,7 @@ typedef struct shcd_scene_def {
     { sizeof(shcd_scene_def), NULL, 0, NULL, 0 }
 
 /** Checks a definition and builds the constant scene; names, parameters and effects are copied,
- *  models are borrowed.
+ *  models and tool geometries are borrowed.
  *  @param[out] scene  untouched on failure
  *  @return SHCD_OK, SHCD_ERR_ARGUMENT (the message names the body, effect or parameter),
  *  SHCD_ERR_NOT_FINITE, SHCD_ERR_MEMORY. Not RT safe. */
@@ -141,9 +191,11 @@ typedef enum shcd_tool_input_flag {
 /** Frozen layout. */
 typedef struct shcd_tool_input {
     shcd_pose tool_in_world;
-    shcd_vec3 velocity_m_per_s; /**< of the tool's origin, world frame */
-    uint32_t flags;             /**< shcd_tool_input_flag */
-    uint32_t reserved0;
+    shcd_vec3 velocity_m_per_s;           /**< of the tool's origin, world frame */
+    uint32_t flags;                       /**< shcd_tool_input_flag */
+    uint32_t reserved0;                   /**< zero */
+    shcd_vec3 angular_velocity_rad_per_s; /**< world frame; a sphere about its origin ignores it */
+    uint64_t reserved[2];                 /**< zero */
 } shcd_tool_input;
 
 /** Frozen layout. */
@@ -160,7 +212,11 @@ typedef enum shcd_tool_output_flag {
     /** A value not finite, a coordinate or speed above 1e9, or not a rotation: no force; contacts
      * are kept. */
     SHCD_TOOL_OUTPUT_BAD_INPUT = 1u << 2,
-    SHCD_TOOL_OUTPUT_SIGN_UNSURE = 1u << 3 /**< inside or outside unknown: treated as outside */
+    SHCD_TOOL_OUTPUT_SIGN_UNSURE = 1u << 3, /**< inside or outside unknown: treated as outside */
+    /** The tick's budget or cap was reached. Shell: before all points were accounted for; coarser
+     *  points stand for the n_points_left others. Other tools: a lower tier answered than that of
+     *  the body, see shcd_tool_output::tier and shcd_step(). */
+    SHCD_TOOL_OUTPUT_DEGRADED = 1u << 4
 } shcd_tool_output_flag;
 
 /** Frozen layout. */
@@ -171,11 +227,21 @@ typedef struct shcd_tool_output {
     shcd_vec3 normal;       /**< outward unit normal there, world */
     double penetration_m;   /**< of the deepest contact, >= 0; 0 without contact [m] */
     double distance_m;      /**< signed gap between tool surface and nearest body; negative in
-                                 contact [m]; infinite without a body, or for an inactive or bad tool */
+                                 contact [m]; infinite without a body, or for an inactive or bad tool;
+                                 of a degraded shell that of the visited points */
     int32_t body;           /**< index of that body; -1: none, or an inactive or bad tool */
     uint32_t flags;         /**< shcd_tool_output_flag */
     uint32_t n_evaluations; /**< surface evaluations that this tool cost */
     uint32_t n_patches;     /**< bounds that this tool cost */
+    uint32_t n_contacts; /**< contacts with a force: one for each body, or each point of a shell */
+    /** Shell: points that were looked up or queried, summed over the bodies; points proven clear by
+     *  those and by earlier ticks are not among them. */
+    uint32_t n_points_visited;
+    uint32_t n_points_left; /**< shell: points that are neither visited nor proven clear */
+    /** The least certain shcd_tier (map < track < fast < exact) that answered for a body; exact if
+     *  bounds alone sufficed. A proxy that is followed into a body does not count. Shell: exact. */
+    int32_t tier;
+    uint64_t reserved[2]; /**< zero */
 } shcd_tool_output;
 
 /** Frozen layout. */
@@ -191,8 +257,36 @@ typedef struct shcd_output {
  * proxy on the surface, followed by Newton from tick to tick, until it separates there: a tool
  * pressed past the medial axis is not thrown out on the far side but has to come back the way it
  * went in. Where the proxy's minimum of distance ends (at a focal point) it slides to the next one
- * with a bounded speed, so that the force turns instead of jumping. One contact for each tool and
- * body; a tool outside at both ends of a tick has none, whatever it went through in between.
+ * with a bounded speed, so that the force turns instead of jumping. A tool outside at both ends of
+ * a tick has no contact, whatever it went through in between.
+ *
+ *  Point, sphere: one contact for each tool and body, whose force passes through the centre.
+ *
+ *  Capsule, box, hull: one contact for each tool and body, at the tool's deepest point
+ * (shcd_tool_closest()), along the body's normal; torque (tool point - origin) x force. Where the
+ * deepest point moves along the tool the force stays continuous, the torque turns with it; where
+ * two separate points of a tool are equally deep, the contact jumps from one to the other: the
+ * force's size does not, its direction by less than 26 degrees on one side of the body and by more
+ * only onto another wall, its torque by the lever between them.
+ *
+ *  Shell: every point p_i of it that is inside is a contact of its own, and gives
+ * F_i = effects(depth_i, rate_i) n_i w_i at p_i, where w_i = 1/(contact_share n_points). With
+ * stiffness k [N/m] alone this is a conservative foundation of k/contact_share for all points
+ * together: pressed in with all of them at contact_share 1, the force is k times their mean depth.
+ * Points are visited coarse first; at the cap of the tick a coarser point stands for those below it
+ * that were not visited, with their weight added to its own, and the output says so.
+ *
+ *  Budget: a body with a budget_us gives each active tool, in the order of the scene, an equal
+ * share of what is left of it; what a tool does not use flows on. A query against the body then has
+ * caps that its share pays for, evaluation_share of it in evaluations and the rest in bounds. It
+ * degrades in this order, and says so: the exact tier with a wider interval
+ * (SHCD_TOOL_OUTPUT_TRUNCATED); below exact_ns the fast tier, below fast_ns the track tier
+ * (SHCD_TOOL_OUTPUT_DEGRADED, and `tier`). Where there is no foot to follow the fast tier answers
+ * instead of the track tier. A proxy inside the body is followed in any case: at most five times 16
+ * Newton steps. So a tick exceeds the budget by no more than that for each tool, or by one fast
+ * query's smallest caps.
+ *
+ *  Rates of depth are those of the contact point of the tool, v + omega x (point - origin).
  *
  *  @return SHCD_OK, or SHCD_ERR_ARGUMENT (null, wrong counts, dt_s out of range; then nothing is
  *  written). Bad tool values are flagged per tool and give no force. RT safe. Deterministic: the

@@ -252,7 +252,8 @@ shcd_status shcd_mesh_create(const double *vertices_m, size_t n_vertices, const 
                              size_t n_triangles, shcd_mesh **mesh, shcd_mesh_report *report,
                              shcd_error *error) {
     if (mesh == NULL || (vertices_m == NULL && n_vertices > 0) ||
-        (triangles == NULL && n_triangles > 0) || (report != NULL && report->struct_size == 0)) {
+        (triangles == NULL && n_triangles > 0) ||
+        (report != NULL && report->struct_size < sizeof report->struct_size)) {
         return shcdi_fit_fail(error, SHCD_ERR_ARGUMENT,
                               "mesh_create: a null pointer, or a report without struct_size");
     }

@@ -299,7 +299,8 @@ shcd_status shcd_mesh_import(const char *path, double unit_m, shcd_mesh **mesh,
     gathered arrays = {NULL, NULL, NULL, 0, 0};
     const mesh_format *format = NULL;
     shcd_status status = SHCD_OK;
-    if (path == NULL || mesh == NULL || (report != NULL && report->struct_size == 0)) {
+    if (path == NULL || mesh == NULL ||
+        (report != NULL && report->struct_size < sizeof report->struct_size)) {
         return shcdi_fit_fail(error, SHCD_ERR_ARGUMENT,
                               "mesh_import: a null pointer, or a report without struct_size");
     }

@@ -10,12 +10,10 @@
 
 #define STEP_MAX 0.3
 #define LINE_SEARCH_MAX 10
-#define EIGENVALUE_FLOOR 1e-6
 
-void shcdi_foot_at(const shcd_model *model, shcd_vec3 p, shcd_vec3 w, shcdi_foot *foot) {
-    shcdi_jet *j = &foot->jet;
-    foot->w = w;
-    shcdi_surface_jet(&model->series, model->degree, w, j);
+/* All that follows from the jet. */
+static void fill_foot(shcd_vec3 p, shcdi_foot *foot) {
+    const shcdi_jet *j = &foot->jet;
     foot->r = shcd_sub(j->s, p);
     foot->f = 0.5 * shcd_dot(foot->r, foot->r);
     foot->distance = shcd_norm(foot->r);
@@ -37,11 +35,16 @@ void shcdi_foot_at(const shcd_model *model, shcd_vec3 p, shcd_vec3 w, shcdi_foot
     foot->e2 = n > 0.0 ? b / n : 0.0;
 }
 
-/* Newton step in the tangent frame; returns its length before the cap. */
-static double newton_step(const shcdi_foot *foot, double *s1, double *s2) {
+void shcdi_foot_at(const shcdi_view *view, shcd_vec3 p, shcd_vec3 w, shcdi_foot *foot) {
+    foot->w = w;
+    shcdi_view_jet(view, w, &foot->jet);
+    fill_foot(p, foot);
+}
+
+double shcdi_newton_step(const shcdi_foot *foot, double *s1, double *s2) {
     const shcdi_jet *j = &foot->jet;
     const double floor_value =
-        EIGENVALUE_FLOOR * (shcd_dot(j->s1, j->s1) + shcd_dot(j->s2, j->s2)) + 1e-300;
+        SHCDI_EIGENVALUE_FLOOR * (shcd_dot(j->s1, j->s1) + shcd_dot(j->s2, j->s2)) + 1e-300;
     const double high = shcdi_max(fabs(foot->high), floor_value);
     const double low = shcdi_max(fabs(foot->low), floor_value);
     const double a = -(foot->g1 * foot->e1 + foot->g2 * foot->e2) / high;
@@ -55,27 +58,64 @@ static shcd_vec3 move(const shcdi_foot *foot, double s1, double s2) {
     return shcd_unit(shcd_mul_add(shcd_mul_add(foot->w, s1, foot->jet.t1), s2, foot->jet.t2));
 }
 
-int shcdi_newton(const shcd_model *model, shcd_vec3 p, int steps_max, shcdi_foot *foot,
+double shcdi_foot_finish(shcdi_foot *foot, shcd_vec3 p, double m3) {
+    double s1, s2;
+    const double d = shcdi_newton_step(foot, &s1, &s2);
+    shcdi_jet *j = &foot->jet;
+    const shcd_vec3 change1 = shcd_mul_add(shcd_scale(s1, j->s11), s2, j->s12);
+    const shcd_vec3 change2 = shcd_mul_add(shcd_scale(s1, j->s12), s2, j->s22);
+    j->s = shcd_add(j->s, shcd_mul_add(shcd_scale(s1, j->s1), s2, j->s2));
+    j->s = shcd_mul_add(j->s, 0.5 * s1, change1);
+    j->s = shcd_mul_add(j->s, 0.5 * s2, change2);
+    j->s1 = shcd_add(j->s1, change1);
+    j->s2 = shcd_add(j->s2, change2);
+    /* move() turns by the arctangent of what it is given: this makes it d, up to d^5 */
+    const double turn = 1.0 + d * d / 3.0;
+    foot->w = move(foot, turn * s1, turn * s2);
+    fill_foot(p, foot);
+    return m3 * d * d * d / 6.0;
+}
+
+/* Whether a step h, which lowers f by `gain`, is not worth an evaluation. Bound (2) of refine.c
+ * leaves 2 F h^3/3 in f, over d in the distance, d the distance that is left after the step, and
+ * finishing the foot errs by m3 h^3/6: together a quarter of the tolerance. Before that the foot
+ * must be near enough for (2) to reach to where (1) takes over. */
+static int is_enough(const shcdi_leaf_bounds *b, const shcdi_foot *foot, double tolerance, double h,
+                     double gain) {
+    const double left = 2.0 * (foot->f - gain);
+    const double d = shcdi_max(left > 0.0 ? sqrt(left) : 0.0, tolerance);
+    const double third = 3.0 * b->product + (foot->distance + b->m1 * b->reach) * b->m3;
+    const double g = sqrt(foot->g1 * foot->g1 + foot->g2 * foot->g2);
+    return shcdi_is_definite(foot) &&
+           third * (h + g / (SHCDI_BALL_SHARE * foot->low)) <= 0.7 * foot->low &&
+           (third * (2.0 / 3.0) / d + b->m3 / 6.0) * h * h * h <= 0.25 * tolerance;
+}
+
+int shcdi_newton(const shcdi_view *view, shcd_vec3 p, int steps_max,
+                 const shcdi_leaf_bounds *bounds, double tolerance, shcdi_foot *foot,
                  uint32_t *n_steps, uint32_t *n_evaluations) {
+    const double error = view->evaluation_error_m;
     /* |S'| times a step below this moves the foot by less than S is evaluated to */
-    const double still =
-        1e-15 + 0.5 * model->evaluation_error_m / (model->m[0] > 0.0 ? model->m[0] : 1.0);
+    const double m1 = view->model->m[0] + view->growth[1];
+    const double still = 1e-15 + 0.5 * error / (m1 > 0.0 ? m1 : 1.0);
     for (int step = 0; step < steps_max; step++) {
         double s1, s2;
-        const double length = newton_step(foot, &s1, &s2);
-        if (!(length > still)) {
+        const double length = shcdi_newton_step(foot, &s1, &s2);
+        if (!(length > still) ||
+            (bounds != NULL &&
+             is_enough(bounds, foot, tolerance, length, -0.5 * (foot->g1 * s1 + foot->g2 * s2)))) {
             return 1;
         }
         /* what rounding makes of f, through r */
-        const double noise = foot->distance * (8.0 * model->evaluation_error_m +
-                                               1e-15 * (foot->distance + shcd_norm(p)));
+        const double noise =
+            foot->distance * (8.0 * error + 1e-15 * (foot->distance + shcd_norm(p)));
         const double g2 = foot->g1 * foot->g1 + foot->g2 * foot->g2;
         const int is_last = 0.5 * fabs(foot->g1 * s1 + foot->g2 * s2) <= noise;
         double t = length > STEP_MAX ? STEP_MAX / length : 1.0;
         shcdi_foot next;
         int accepted = 0;
         for (int i = 0; i < LINE_SEARCH_MAX && !accepted; i++) {
-            shcdi_foot_at(model, p, move(foot, t * s1, t * s2), &next);
+            shcdi_foot_at(view, p, move(foot, t * s1, t * s2), &next);
             ++*n_evaluations;
             /* below the noise of f the gradient tells whether the step is good: it fixes the foot
              * to twice as many digits as f does */

@@ -62,37 +62,22 @@ double shcdi_triangle_distance(shcd_vec3 p, const shcd_vec3 x[3], double b[3]) {
     return shcdi_max(plane, edge_distance(p, x, length / sqrt(ee), unused));
 }
 
-void shcdi_patch_of_leaf(const shcdi_tree *tree, size_t leaf, shcdi_patch *patch) {
+void shcdi_split(const shcd_vec3 w[3], shcd_vec3 child[4][3]) {
     for (int i = 0; i < 3; i++) {
-        const uint32_t v = tree->leaf[leaf].vertex[i];
-        patch->w[i] = tree->direction[v];
-        patch->x[i] = tree->position[v];
+        child[3][i] = shcd_unit(shcd_add(w[i], w[(i + 1) % 3]));
+    }
+    for (int i = 0; i < 3; i++) {
+        child[i][i] = w[i];
+        child[i][(i + 1) % 3] = child[3][i];
+        child[i][(i + 2) % 3] = child[3][(i + 2) % 3];
     }
 }
 
-void shcdi_patch_split(const shcd_model *model, const shcdi_patch *patch, shcdi_patch child[4]) {
-    for (int i = 0; i < 3; i++) {
-        const int k = (i + 1) % 3;
-        const shcd_vec3 w = shcd_unit(shcd_add(patch->w[i], patch->w[k]));
-        child[3].w[i] = w;
-        child[3].x[i] = shcdi_surface_point(&model->series, model->degree, w);
-    }
-    for (int i = 0; i < 3; i++) {
-        const int next = (i + 1) % 3, before = (i + 2) % 3;
-        child[i].w[i] = patch->w[i];
-        child[i].x[i] = patch->x[i];
-        child[i].w[next] = child[3].w[i];
-        child[i].x[next] = child[3].x[i];
-        child[i].w[before] = child[3].w[before];
-        child[i].x[before] = child[3].x[before];
-    }
-}
-
-shcd_vec3 shcdi_patch_centre(const shcdi_patch *patch, double *angle) {
-    const shcd_vec3 c = shcd_unit(shcd_add(patch->w[0], shcd_add(patch->w[1], patch->w[2])));
+shcd_vec3 shcdi_cap_of(const shcd_vec3 w[3], double *angle) {
+    const shcd_vec3 c = shcd_unit(shcd_add(w[0], shcd_add(w[1], w[2])));
     double chord2 = 0.0;
     for (int i = 0; i < 3; i++) {
-        const shcd_vec3 d = shcd_sub(patch->w[i], c);
+        const shcd_vec3 d = shcd_sub(w[i], c);
         chord2 = shcdi_max(chord2, shcd_dot(d, d));
     }
     /* a cap below a half-sphere is convex, so it holds the patch if it holds the corners */
@@ -101,13 +86,13 @@ shcd_vec3 shcdi_patch_centre(const shcdi_patch *patch, double *angle) {
 }
 
 /* Descends with the midpoints that the tree was built from. */
-size_t shcdi_leaf_of(const shcdi_tree *tree, shcd_vec3 w) {
+size_t shcdi_leaf_of(int level, shcd_vec3 w) {
     const double s[3] = {w.x < 0.0 ? -1.0 : 1.0, w.y < 0.0 ? -1.0 : 1.0, w.z < 0.0 ? -1.0 : 1.0};
     size_t node = (w.x < 0.0 ? 1u : 0u) | (w.y < 0.0 ? 2u : 0u) | (w.z < 0.0 ? 4u : 0u);
     const shcd_vec3 axis[3] = {{s[0], 0.0, 0.0}, {0.0, s[1], 0.0}, {0.0, 0.0, s[2]}};
     const int even = s[0] * s[1] * s[2] > 0.0;
     shcd_vec3 c[3] = {axis[0], axis[even ? 1 : 2], axis[even ? 2 : 1]};
-    for (int level = 0; level < tree->level; level++) {
+    for (int depth = 0; depth < level; depth++) {
         shcd_vec3 mid[3];
         for (int i = 0; i < 3; i++) {
             mid[i] = shcd_unit(shcd_add(c[i], c[(i + 1) % 3]));

@@ -1,30 +1,22 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* A triangular patch of the parameter sphere, its flat image, and distances to it. */
+/* Geometry of triangles and of patches of the parameter sphere. */
 #ifndef SHCDI_QUERY_PATCH_H
 #define SHCDI_QUERY_PATCH_H
 
-#include "model/model.h"
-
-typedef struct shcdi_patch {
-    shcd_vec3 w[3]; /**< corners on the parameter sphere */
-    shcd_vec3 x[3]; /**< S there */
-} shcdi_patch;
+#include "base/internal.h"
 
 /** Distance from a point to a triangle, rounded down (of a sliver by up to its height); b gets the
  *  barycentric coordinates of the closest point. RT safe. */
 double shcdi_triangle_distance(shcd_vec3 p, const shcd_vec3 x[3], double b[3]);
 
-/** The leaf as a patch. RT safe. */
-void shcdi_patch_of_leaf(const shcdi_tree *tree, size_t leaf, shcdi_patch *patch);
+/** Corners of the four patches that midpoints cut a patch into. RT safe. */
+void shcdi_split(const shcd_vec3 w[3], shcd_vec3 child[4][3]);
 
-/** Four patches of one; three evaluations of S. RT safe. */
-void shcdi_patch_split(const shcd_model *model, const shcdi_patch *patch, shcdi_patch child[4]);
+/** Centre direction of a patch, and an angle within which all of it lies of that. RT safe. */
+shcd_vec3 shcdi_cap_of(const shcd_vec3 w[3], double *angle);
 
-/** Centre direction, and an angle within which all of the patch lies of it. RT safe. */
-shcd_vec3 shcdi_patch_centre(const shcdi_patch *patch, double *angle);
-
-/** Leaf that holds a direction. RT safe. */
-size_t shcdi_leaf_of(const shcdi_tree *tree, shcd_vec3 w);
+/** Leaf of a tree of this level that holds a direction. RT safe. */
+size_t shcdi_leaf_of(int level, shcd_vec3 w);
 
 /** Upper bound of the angle of a chord between unit vectors. RT safe. */
 static inline double shcdi_angle_upper(double chord) {

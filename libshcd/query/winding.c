@@ -31,27 +31,50 @@ static void turn(turning *t, double re, double im) {
     t->im = next_im / n;
 }
 
-int shcdi_winding(const shcdi_tree *tree, shcd_vec3 p) {
+/* One triangle, seen from p. */
+static void turn_by(turning *t, shcd_vec3 a, shcd_vec3 b, shcd_vec3 c) {
+    const double la = shcd_norm(a), lb = shcd_norm(b), lc = shcd_norm(c);
+    const double re =
+        la * lb * lc + shcd_dot(a, b) * lc + shcd_dot(b, c) * la + shcd_dot(c, a) * lb;
+    const double im = shcd_dot(a, shcd_cross(b, c));
+    const double n = sqrt(re * re + im * im);
+    if (!(n > 0.0)) {
+        return;
+    }
+    /* sqrt of the unit number: ((1 + re)/2)^(1/2), sign of im */
+    const double half_re = sqrt(shcdi_max(0.0, 0.5 * (1.0 + re / n)));
+    const double size = sqrt(shcdi_max(0.0, 0.5 * (1.0 - re / n)));
+    const double half_im = im < 0.0 ? -size : size;
+    turn(t, half_re, half_im);
+    turn(t, half_re, half_im);
+}
+
+int shcdi_winding(const shcdi_view *view, shcd_vec3 p) {
     turning t = {1.0, 0.0, 0};
-    for (size_t i = 0; i < tree->n_leaves; i++) {
-        const uint32_t *v = tree->leaf[i].vertex;
-        const shcd_vec3 a = shcd_sub(tree->position[v[0]], p);
-        const shcd_vec3 b = shcd_sub(tree->position[v[1]], p);
-        const shcd_vec3 c = shcd_sub(tree->position[v[2]], p);
-        const double la = shcd_norm(a), lb = shcd_norm(b), lc = shcd_norm(c);
-        const double re =
-            la * lb * lc + shcd_dot(a, b) * lc + shcd_dot(b, c) * la + shcd_dot(c, a) * lb;
-        const double im = shcd_dot(a, shcd_cross(b, c));
-        const double n = sqrt(re * re + im * im);
-        if (!(n > 0.0)) {
-            continue;
+    const shcdi_index *index = view->index;
+    const shcd_vec3 at = shcd_scale(index->scale, shcd_sub(p, index->origin));
+    for (size_t b = 0; b < index->table.n_blocks; b++) {
+        const shcdi_block *block = &view->positions.block[b];
+        const double unit = (double)block->unit;
+        const shcd_vec3 from = {(double)block->centre[0] - at.x, (double)block->centre[1] - at.y,
+                                (double)block->centre[2] - at.z};
+        shcd_vec3 x[SHCDI_BLOCK_NODES];
+        for (size_t i = 0; i < SHCDI_BLOCK_NODES; i++) {
+            x[i] = shcd_vec3_make(from.x + unit * (double)block->q[0][i],
+                                  from.y + unit * (double)block->q[1][i],
+                                  from.z + unit * (double)block->q[2][i]);
         }
-        /* sqrt of the unit number: ((1 + re)/2)^(1/2), sign of im */
-        const double half_re = sqrt(shcdi_max(0.0, 0.5 * (1.0 + re / n)));
-        const double size = sqrt(shcdi_max(0.0, 0.5 * (1.0 - re / n)));
-        const double half_im = im < 0.0 ? -size : size;
-        turn(&t, half_re, half_im);
-        turn(&t, half_re, half_im);
+        for (size_t i = 0; i < SHCDI_BLOCK_LEAVES; i++) {
+            turn_by(&t, x[shcdi_block_corner[0][i]], x[shcdi_block_corner[1][i]],
+                    x[shcdi_block_corner[2][i]]);
+        }
     }
     return t.turns;
+}
+
+double shcdi_tessellation_error(const shcdi_view *view) {
+    /* a block's unit is a 32766th of half its size, which is at most the ball's radius; blocks may
+     * part by two grid errors along a common edge, and close again by as much on either side */
+    return view->model->info.max_deviation_m + view->deviation_growth_m +
+           4.0 * (double)SHCDI_GRID_ERROR / 32766.0 * 1.01 * view->radius_m;
 }

@@ -5,6 +5,7 @@
  * The state belongs to a scene by a fingerprint of all that the definition says (FNV-1a over
  * values, never over addresses): a snapshot may be resumed by another process that built the same
  * scene, and is refused by any other. */
+#include "response/accuracy.h"
 #include "response/scene_private.h"
 
 #include <stdalign.h>
@@ -108,30 +109,14 @@ static shcd_status check_body(const shcd_scene_def *definition, size_t i, size_t
                           body.name);
     }
     status = check_pose(body.name, body.body_in_world, error);
+    if (status == SHCD_OK) {
+        status = shcdi_accuracy_check(body.name, &body.accuracy, error);
+    }
     if (status != SHCD_OK) {
         return status;
     }
     return shcdi_effects_resolve(body.name, body.effects, body.n_effects, active, n_active,
                                  &memory_bytes, error);
-}
-
-static shcd_status check_radius(const shcd_tool_def *tool, shcd_error *error) {
-    if (!shcdi_is_finite(tool->radius_m)) {
-        return shcdi_fail(error, SHCD_ERR_NOT_FINITE,
-                          "scene_create: tool '%s': radius_m is not finite", tool->name);
-    }
-    if (tool->kind == SHCD_TOOL_POINT && tool->radius_m != 0.0) {
-        return shcdi_fail(error, SHCD_ERR_ARGUMENT,
-                          "scene_create: tool '%s': a point has radius_m 0, not %g m", tool->name,
-                          tool->radius_m);
-    }
-    if (tool->kind == SHCD_TOOL_SPHERE &&
-        !(tool->radius_m > 0.0 && tool->radius_m <= SHCDI_MAGNITUDE_MAX)) {
-        return shcdi_fail(error, SHCD_ERR_ARGUMENT,
-                          "scene_create: tool '%s': radius_m is %g, must lie above 0, up to %g m",
-                          tool->name, tool->radius_m, SHCDI_MAGNITUDE_MAX);
-    }
-    return SHCD_OK;
 }
 
 static shcd_status check_tool(const shcd_scene_def *definition, size_t i, shcd_error *error) {
@@ -151,11 +136,7 @@ static shcd_status check_tool(const shcd_scene_def *definition, size_t i, shcd_e
                               tool.name);
         }
     }
-    if (tool.kind != SHCD_TOOL_POINT && tool.kind != SHCD_TOOL_SPHERE) {
-        return shcdi_fail(error, SHCD_ERR_ARGUMENT, "scene_create: tool '%s': unknown kind %d",
-                          tool.name, (int)tool.kind);
-    }
-    return check_radius(&tool, error);
+    return shcdi_tool_check(&tool, error);
 }
 
 static shcd_status check_counts(const shcd_scene_def *definition, shcd_error *error) {
@@ -174,13 +155,15 @@ static shcd_status check_counts(const shcd_scene_def *definition, shcd_error *er
     if (definition->tools == NULL) {
         return shcdi_fail(error, SHCD_ERR_ARGUMENT, "scene_create: tools is null");
     }
-    if (definition->n_bodies > 0 && definition->bodies->struct_size == 0) {
+    if (definition->n_bodies > 0 && definition->bodies->struct_size < sizeof(size_t)) {
         return shcdi_fail(error, SHCD_ERR_ARGUMENT,
-                          "scene_create: body 0: struct_size is 0; use SHCD_BODY_DEF_INIT");
+                          "scene_create: body 0: struct_size is %zu; use SHCD_BODY_DEF_INIT",
+                          definition->bodies->struct_size);
     }
-    if (definition->tools->struct_size == 0) {
+    if (definition->tools->struct_size < sizeof(size_t)) {
         return shcdi_fail(error, SHCD_ERR_ARGUMENT,
-                          "scene_create: tool 0: struct_size is 0; use SHCD_TOOL_DEF_INIT");
+                          "scene_create: tool 0: struct_size is %zu; use SHCD_TOOL_DEF_INIT",
+                          definition->tools->struct_size);
     }
     return SHCD_OK;
 }
@@ -219,11 +202,30 @@ static uint64_t hash_body(uint64_t h, const shcdi_body *body) {
     h = hash(h, &body->body_in_world, sizeof body->body_in_world);
     h = hash(h, &degree, sizeof degree);
     h = hash(h, shcd_model_coefficients(body->model), 3 * SHCD_COUNT(degree) * sizeof(double));
+    h = shcdi_accuracy_hash(h, &body->accuracy, hash);
     for (size_t e = 0; e < body->n_effects; e++) {
         const shcdi_active_effect *active = &body->effects[e];
         /* the terminating null ends the name, so that names cannot run into each other */
         h = hash(h, active->effect->info.name, strlen(active->effect->info.name) + 1);
         h = hash(h, active->constants, sizeof active->constants);
+    }
+    return h;
+}
+
+static uint64_t hash_tool(uint64_t h, const shcdi_tool *tool) {
+    h = hash(h, tool->name, sizeof tool->name);
+    h = hash(h, &tool->kind, sizeof tool->kind);
+    h = hash(h, &tool->evaluations_max, sizeof tool->evaluations_max);
+    h = hash(h, &tool->radius_m, sizeof tool->radius_m);
+    h = hash(h, &tool->contact_share, sizeof tool->contact_share);
+    if (tool->geometry != NULL) {
+        const shcd_tool_geometry *g = tool->geometry;
+        const uint64_t n = shcdi_tool_point_count(g);
+        h = hash(h, &n, sizeof n);
+        h = hash(h, &g->middle_m, sizeof g->middle_m);
+        h = hash(h, &g->half_m, sizeof g->half_m);
+        h = n > 0 ? hash(h, shcdi_tool_points(g), n * sizeof(shcd_vec3)) : h;
+        h = g->normal != NULL ? hash(h, g->normal, n * sizeof(shcd_vec3)) : h;
     }
     return h;
 }
@@ -235,8 +237,7 @@ static uint64_t fingerprint(const shcd_scene *scene) {
         h = hash_body(h, &scene->bodies[i]);
     }
     for (size_t i = 0; i < scene->n_tools; i++) {
-        h = hash(h, scene->tools[i].name, sizeof scene->tools[i].name);
-        h = hash(h, &scene->tools[i].radius_m, sizeof scene->tools[i].radius_m);
+        h = hash_tool(h, &scene->tools[i]);
     }
     return h;
 }
@@ -265,12 +266,30 @@ static shcd_status fill_body(shcd_scene *scene, const shcd_body_def *definition,
     body->deviation_m = info.max_deviation_m;
     body->n_leaves = (uint32_t)info.n_leaves;
     body->n_harmonics = (uint32_t)SHCD_COUNT(info.degree);
+    body->accuracy = definition->accuracy;
     body->effects = active;
     body->memory_offset = scene->tool_memory_bytes;
     status = shcdi_effects_resolve(definition->name, definition->effects, definition->n_effects,
                                    active, &body->n_effects, &body->memory_bytes, error);
     scene->tool_memory_bytes += body->memory_bytes;
     return status;
+}
+
+/* Shells keep what they know in the state behind everything else, one part for each body. */
+static void fill_tools(shcd_scene *scene, const shcd_scene_def *definition, unsigned char *trees) {
+    scene->state_size =
+        sizeof(shcd_state) +
+        scene->n_tools * (scene->n_bodies * sizeof(shcdi_contact) + scene->tool_memory_bytes);
+    for (size_t i = 0; i < definition->n_tools; i++) {
+        const shcd_tool_def def = read_tool(definition->tools, i);
+        shcdi_tool *tool = &scene->tools[i];
+        memcpy(tool->name, def.name, strlen(def.name));
+        shcdi_tool_fill(&def, trees, tool);
+        trees += shcdi_tool_bytes(&def);
+        tool->state_offset = scene->state_size;
+        scene->state_size += scene->n_bodies * tool->shell.body_bytes +
+                             tool->shell.n_slots * scene->tool_memory_bytes;
+    }
 }
 
 static shcd_status fill_scene(shcd_scene *scene, const shcd_scene_def *definition,
@@ -283,16 +302,18 @@ static shcd_status fill_scene(shcd_scene *scene, const shcd_scene_def *definitio
         }
         active += scene->bodies[i].n_effects;
     }
-    for (size_t i = 0; i < definition->n_tools; i++) {
-        const shcd_tool_def tool = read_tool(definition->tools, i);
-        memcpy(scene->tools[i].name, tool.name, strlen(tool.name));
-        scene->tools[i].radius_m = tool.radius_m;
-    }
-    scene->state_size =
-        sizeof(shcd_state) +
-        scene->n_tools * (scene->n_bodies * sizeof(shcdi_contact) + scene->tool_memory_bytes);
+    fill_tools(scene, definition, (unsigned char *)(scene->tools + scene->n_tools));
     scene->fingerprint = fingerprint(scene);
     return SHCD_OK;
+}
+
+static size_t tree_bytes(const shcd_scene_def *definition) {
+    size_t bytes = 0;
+    for (size_t i = 0; i < definition->n_tools; i++) {
+        const shcd_tool_def tool = read_tool(definition->tools, i);
+        bytes += shcdi_tool_bytes(&tool);
+    }
+    return bytes;
 }
 
 shcd_status shcd_scene_create(const shcd_scene_def *definition, const shcd_allocator *allocator,
@@ -303,9 +324,10 @@ shcd_status shcd_scene_create(const shcd_scene_def *definition, const shcd_alloc
     if (definition == NULL || scene == NULL || memory.allocate == NULL || memory.release == NULL) {
         return shcdi_fail(error, SHCD_ERR_ARGUMENT, "scene_create: an argument is null");
     }
-    if (definition->struct_size == 0) {
+    if (definition->struct_size < sizeof(size_t)) {
         return shcdi_fail(error, SHCD_ERR_ARGUMENT,
-                          "scene_create: struct_size is 0; use SHCD_SCENE_DEF_INIT");
+                          "scene_create: struct_size is %zu; use SHCD_SCENE_DEF_INIT",
+                          definition->struct_size);
     }
     read_element(definition, definition->struct_size, 0, &def, sizeof def);
     shcd_status status = check_definition(&def, &n_active, error);
@@ -314,10 +336,12 @@ shcd_status shcd_scene_create(const shcd_scene_def *definition, const shcd_alloc
     }
     _Static_assert(sizeof(shcd_scene) % alignof(shcdi_body) == 0 &&
                        sizeof(shcdi_body) % alignof(shcdi_active_effect) == 0 &&
-                       sizeof(shcdi_active_effect) % alignof(shcdi_tool) == 0,
+                       sizeof(shcdi_active_effect) % alignof(shcdi_tool) == 0 &&
+                       sizeof(shcdi_tool) % alignof(double) == 0,
                    "the arrays follow each other without gaps");
     const size_t size = sizeof(shcd_scene) + def.n_bodies * sizeof(shcdi_body) +
-                        n_active * sizeof(shcdi_active_effect) + def.n_tools * sizeof(shcdi_tool);
+                        n_active * sizeof(shcdi_active_effect) + def.n_tools * sizeof(shcdi_tool) +
+                        tree_bytes(&def);
     shcd_scene *made = memory.allocate(size, memory.user);
     if (made == NULL) {
         return shcdi_fail(error, SHCD_ERR_MEMORY, "scene_create: no memory for %zu bytes", size);

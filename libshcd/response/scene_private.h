@@ -4,6 +4,7 @@
 #define SHCDI_SCENE_PRIVATE_H
 
 #include "base/internal.h"
+#include "query/tool_geometry.h"
 #include "response/effects.h"
 
 #include <stdbool.h>
@@ -27,18 +28,44 @@ typedef struct shcdi_body {
     double deviation_m; /**< of the surface from its leaf triangles, at most */
     uint32_t n_leaves;
     uint32_t n_harmonics;
+    shcd_body_accuracy accuracy;
     const shcdi_active_effect *effects; /**< dense, in table order; inside the scene's block */
     size_t n_effects;
     size_t memory_offset; /**< of this body's effects, in the effect memory of one tool */
     size_t memory_bytes;
 } shcdi_body;
 
+/** The points of a shell as a tree: a point's children are those of the next level to which it is
+ *  the nearest of its own and all coarser levels. Arrays of n_points, inside the scene's block. */
+typedef struct shcdi_shell {
+    uint32_t n_points;
+    uint32_t n_slots;       /**< contacts that a state can hold for each body */
+    const shcd_vec3 *point; /**< tool frame, coarse first; the geometry's */
+    double *reach_m;        /**< no point below this one is farther from it */
+    double *link_m;         /**< distance to the parent; 0 of the root */
+    uint32_t *parent;       /**< the root, point 0, is its own */
+    uint32_t *first_child;  /**< n_points + 1 entries: index into child */
+    uint32_t *child;        /**< n_points - 1 entries */
+    uint32_t *n_below;      /**< points of the subtree, this one included */
+    double point_share;     /**< of a body's response that one point gives */
+    size_t body_bytes;      /**< of state for each body, without the effects' memory */
+} shcdi_shell;
+
 typedef struct shcdi_tool {
     char name[SHCDI_NAME_BYTES];
-    double radius_m; /**< 0: a point */
+    int kind;                           /**< a shcd_tool_kind */
+    uint32_t evaluations_max;           /**< for each body and tick; 0: by the body's degree */
+    double radius_m;                    /**< rounding of the core: of a sphere its radius */
+    const shcd_tool_geometry *geometry; /**< borrowed; NULL for point and sphere */
+    shcd_vec3 ball_centre_m;            /**< enclosing ball, tool frame */
+    double ball_radius_m;
+    double contact_share;
+    shcdi_shell shell;   /**< zero unless the kind is shell */
+    size_t state_offset; /**< of a shell's memory, from the start of the state */
 } shcdi_tool;
 
-/** One block of memory: this header, then the bodies, the tools and the active effects. */
+/** One block of memory: this header, then the bodies, the active effects, the tools and the trees
+ *  of shells. */
 struct shcd_scene {
     shcd_allocator allocator;
     uint64_t fingerprint; /**< of the definition: a state is accepted by equal scenes only */
@@ -50,20 +77,31 @@ struct shcd_scene {
     shcdi_tool *tools;
 };
 
-/** Memory of the contact between one tool and one body. Body frame throughout. */
-typedef struct shcdi_contact {
-    shcd_vec3 tool_m;    /**< tool centre at the last query */
-    shcd_vec3 foot_m;    /**< the foot found then: the proxy while in contact */
+/** A foot on the surface that follows a point of the tool from tick to tick. Body frame. */
+typedef struct shcdi_proxy {
+    shcd_vec3 tool_m;    /**< that point at the last query: centre, core point, point of a shell */
+    shcd_vec3 foot_m;    /**< the foot found then */
     shcd_vec3 normal;    /**< outward normal there */
     shcd_vec3 parameter; /**< its parameter */
-    double lower_m;      /**< certified lower bound of the signed distance of tool_m, or -inf */
-    double still_s;      /**< time since tool_m last changed, at most 50 ms */
-    uint32_t is_known;   /**< 0: nothing above is valid */
+} shcdi_proxy;
+
+/** Memory of the contact between one tool and one body. Body frame throughout. */
+typedef struct shcdi_contact {
+    shcdi_proxy proxy;
+    shcd_pose ball;   /**< centre of the tool's ball and the tool's orientation at the last query */
+    shcd_vec3 core_m; /**< the core point in the tool frame; 0 for point and sphere */
+    double lower_m;   /**< certified lower bound of the gap plus the ball's radius then, or -inf */
+    double still_s;   /**< time since the tool last moved, at most 50 ms */
+    uint32_t is_known; /**< 0: nothing above is valid */
     uint32_t is_touching;
+    uint32_t is_behind; /**< convex tools: the core point is inside, behind the proxy */
+    uint32_t reserved0;
+    shcd_certificate certificate; /**< point, sphere: valid or void, but never wrong */
 } shcdi_contact;
 
-/** One block without pointers: this header, the contacts [tool][body], the effects' memory [tool].
- *  All zero bytes after the header mean: nothing known, nothing touched. */
+/** One block without pointers: this header, the contacts [tool][body], the effects' memory [tool],
+ *  the shells' memory [tool][body]. All zero bytes after the header mean: nothing known, nothing
+ *  touched. */
 struct shcd_state {
     uint64_t fingerprint;
     uint64_t size;
@@ -77,19 +115,81 @@ typedef struct shcdi_gap {
     double gap_m; /**< signed gap between tool surface and body; negative in contact */
     shcd_vec3 foot_m;
     shcd_vec3 normal;
-    uint32_t flags; /**< shcd_tool_output_flag */
+    shcd_vec3 tool_point_m; /**< convex tools: where the force acts */
+    uint32_t flags;         /**< shcd_tool_output_flag */
     uint32_t n_evaluations;
     uint32_t n_patches;
+    uint32_t n_points_visited; /**< shells */
+    uint32_t n_points_left;
+    int32_t tier;        /**< the least certain that answered */
+    double allowance_ns; /**< given: what the query may cost, at the prices of the body */
 } shcdi_gap;
 
-/** Certified lower bound of the body's signed distance at p, from the enclosing ball and from the
- *  last query; costs no evaluation of the surface. */
-double shcdi_contact_lower_bound(const shcdi_body *body, const shcdi_contact *contact, shcd_vec3 p);
+/** Nothing found yet; the allowance stays. */
+static inline void shcdi_gap_begin(shcdi_gap *gap) {
+    const shcdi_gap nothing = {.allowance_ns = gap->allowance_ns};
+    *gap = nothing;
+}
 
-/** Finds the contact of a tool of radius radius_m, centre p (body frame), dt_s after the last tick,
- *  and remembers it. */
-void shcdi_contact_update(const shcdi_body *body, double radius_m, shcd_vec3 p, double dt_s,
-                          shcdi_contact *contact, shcdi_gap *out);
+/** How far no point of the tool has moved since `before`, at most: rotation about the ball's centre
+ *  and motion of that centre, rounding included. */
+double shcdi_motion_bound(const shcdi_tool *tool, const shcd_pose *before, const shcd_pose *now);
+
+/** The ball's centre and the orientation, from the pose of the tool's frame. */
+shcd_pose shcdi_ball_pose(const shcdi_tool *tool, shcd_pose tool_in_body);
+
+/** Certified lower bound of the gap, from the enclosing balls and from the last query; costs no
+ *  evaluation of the surface.
+ *  @param[in] ball  from shcdi_ball_pose() */
+double shcdi_contact_lower_bound(const shcdi_body *body, const shcdi_tool *tool,
+                                 const shcdi_contact *contact, const shcd_pose *ball);
+
+/** Finds the contact of a point or sphere dt_s after the last tick, and remembers it. */
+void shcdi_contact_update(const shcdi_body *body, const shcdi_tool *tool, const shcd_pose *ball,
+                          double dt_s, shcdi_contact *contact, shcdi_gap *out);
+
+/** Finds the contact of a capsule, box or hull. */
+void shcdi_convex_update(const shcdi_body *body, const shcdi_tool *tool, shcd_pose tool_in_body,
+                         double dt_s, shcdi_contact *contact, shcdi_gap *out);
+
+/** Bytes of the tree of a shell of n points. */
+size_t shcdi_shell_bytes(size_t n_points);
+
+/** Builds it in that many bytes of zeroed memory, aligned to 8. */
+void shcdi_shell_build(const shcd_tool_geometry *geometry, unsigned char *memory,
+                       shcdi_shell *shell);
+
+/** State of a shell for one body, without the effects' memory; a multiple of 8. */
+size_t shcdi_shell_state_bytes(const shcdi_shell *shell);
+
+/** Finds the contacts of a shell, in its memory for this body (body_bytes, then the effects'
+ *  memory of n_slots contacts). */
+void shcdi_shell_update(const shcdi_body *body, const shcdi_tool *tool, shcd_pose tool_in_body,
+                        double dt_s, shcdi_contact *contact, unsigned char *memory, shcdi_gap *out);
+
+/** One contact of a point of a shell. Body frame. */
+typedef struct shcdi_slot {
+    shcdi_proxy proxy;
+    double depth_m;
+    uint32_t point;
+    uint32_t weight; /**< points that it stands for, itself included */
+    uint32_t stamp;  /**< of the tick that saw it last */
+    uint32_t is_new; /**< its effects start from zero memory */
+} shcdi_slot;
+
+/** The contacts that the last update found. Effects' memory of contact i: body_bytes and i times
+ *  the body's memory_bytes from the start. */
+shcdi_slot *shcdi_shell_contacts(const shcdi_shell *shell, unsigned char *memory, uint32_t *count);
+
+/** Lets go of all contacts; what is known about distances stays true. */
+void shcdi_shell_release(const shcdi_shell *shell, unsigned char *memory);
+
+/** Checks a tool's kind, radius and geometry. */
+shcd_status shcdi_tool_check(const shcd_tool_def *tool, shcd_error *error);
+/** Bytes of the scene's block that it needs beside its shcdi_tool. */
+size_t shcdi_tool_bytes(const shcd_tool_def *tool);
+/** Fills a zeroed tool but for its name and state_offset. */
+void shcdi_tool_fill(const shcd_tool_def *definition, unsigned char *memory, shcdi_tool *tool);
 
 /** |q|^2 within SHCDI_QUATERNION_TOLERANCE of 1; false for NaN. */
 bool shcdi_is_rotation(shcd_quat q);

@@ -34,11 +34,13 @@ static void test_mesh_create_without_size_is_refused(void **unused) {
     shcd_mesh_report report = SHCD_MESH_REPORT_INIT;
     shcd_mesh *mesh = NULL;
     shcd_error error = {SHCD_OK, ""};
-    report.struct_size = 0;
-    sized_check_refusal(make_mesh(&mesh, &report, &error), &error);
-    assert_null(mesh);
-    sized_check_refusal(shcd_mesh_import("none.obj", 1.0, &mesh, &report, &error), &error);
-    assert_null(mesh);
+    for (size_t size = 0; size < sizeof report.struct_size; size++) { /* less than itself */
+        report.struct_size = size;
+        sized_check_refusal(make_mesh(&mesh, &report, &error), &error);
+        assert_null(mesh);
+        sized_check_refusal(shcd_mesh_import("none.obj", 1.0, &mesh, &report, &error), &error);
+        assert_null(mesh);
+    }
 }
 
 /* Times are not reproducible; everything else is. */

@@ -245,6 +245,7 @@ static void test_scene_create_old_or_new_caller_works(void **unused) {
     check_scene_created(body, tool, scene);
     check_scene_created(offsetof(shcd_body_def, effects), tool, scene);
     check_scene_created(body, offsetof(shcd_tool_def, radius_m), scene);
+    check_scene_created(body, offsetof(shcd_tool_def, geometry), scene); /* before tools had one */
     check_scene_created(body + NEWER, tool + NEWER, scene + NEWER);
 }
 

@@ -30,7 +30,9 @@ static const body_recipe recipes[SESSION_BODIES] = {
     {"bean", 9, {0.03, 0.05, 0.035}, 0.01, {{0.02, 0.085, 0.03}, {0.8, -0.4, 0.4, 0.2}}, 0.045},
     {"marble", 1, {0.02, 0.02, 0.02}, 0.0, {{-0.08, 0.03, 0.02}, {1.0, 0.0, 0.0, 0.0}}, 0.02}};
 
-static const double radii_m[SESSION_TOOLS] = {0.0, 0.003, 0.008, 0.0};
+static const double radii_m[SESSION_TOOLS] = {0.0, 0.003, 0.008, 0.0, 0.0, 0.0};
+#define FIRST_TURNING ((size_t)4) /* the capsule; the tools before it do not turn */
+#define SHELL_POINTS 150
 
 /* ---- bodies --------------------------------------------------------------------------------- */
 
@@ -63,6 +65,32 @@ static shcd_model *make_model(const body_recipe *r, uint64_t random) {
     return model;
 }
 
+/* A capsule of 6 mm, 40 mm long, and points on a ball of 8 mm. */
+static int make_geometries(session *s) {
+    shcd_tool_geometry_def capsule = SHCD_TOOL_GEOMETRY_DEF_INIT;
+    shcd_tool_geometry_def shell = SHCD_TOOL_GEOMETRY_DEF_INIT;
+    shcd_vec3 points[SHELL_POINTS], normals[SHELL_POINTS];
+    uint64_t random = 77;
+    for (size_t i = 0; i < SHELL_POINTS;) {
+        const shcd_vec3 p = {(double)next_integer(&random), (double)next_integer(&random),
+                             (double)next_integer(&random)};
+        if (shcd_dot(p, p) > 1e4 && shcd_dot(p, p) < 1e6) { /* evenly over all directions */
+            normals[i] = shcd_scale(-1.0, shcd_unit(p));
+            points[i] = shcd_scale(-0.008, normals[i]);
+            i++;
+        }
+    }
+    capsule.kind = SHCD_TOOL_CAPSULE;
+    capsule.radius_m = 0.003;
+    capsule.half_length_m = 0.017;
+    shell.kind = SHCD_TOOL_SHELL;
+    shell.points = points;
+    shell.normals = normals;
+    shell.n_points = SHELL_POINTS;
+    return shcd_tool_geometry_create(&capsule, NULL, &s->capsule, NULL) != SHCD_OK ||
+           shcd_tool_geometry_create(&shell, NULL, &s->shell, NULL) != SHCD_OK;
+}
+
 static int make_scene(session *s) {
     static const shcd_parameter_value stiff = {"k_n_per_m", 1200.0};
     static const shcd_parameter_value lossy = {"ratio", 0.5};
@@ -72,7 +100,8 @@ static int make_scene(session *s) {
         {{"stiffness", &stiff, 1}, {"damping", &lossy, 1}},
         {{"damping", NULL, 0}, {"stiffness", NULL, 0}}};
     static const size_t n_effects[SESSION_BODIES] = {2, 1, 2, 2};
-    static const char *const tool_names[SESSION_TOOLS] = {"tip", "bead", "ball", "needle"};
+    static const char *const tool_names[SESSION_TOOLS] = {"tip",    "bead",    "ball",
+                                                          "needle", "capsule", "shell"};
     shcd_body_def bodies[SESSION_BODIES];
     shcd_tool_def tools[SESSION_TOOLS];
     shcd_scene_def def = SHCD_SCENE_DEF_INIT;
@@ -93,6 +122,12 @@ static int make_scene(session *s) {
         tools[t].kind = radii_m[t] > 0.0 ? SHCD_TOOL_SPHERE : SHCD_TOOL_POINT;
         tools[t].radius_m = radii_m[t];
     }
+    tools[FIRST_TURNING].kind = SHCD_TOOL_CAPSULE;
+    tools[FIRST_TURNING].geometry = s->capsule;
+    tools[FIRST_TURNING + 1].kind = SHCD_TOOL_SHELL;
+    tools[FIRST_TURNING + 1].geometry = s->shell;
+    tools[FIRST_TURNING + 1].contact_share = 0.25;
+    tools[FIRST_TURNING + 1].evaluations_max = 200; /* now and then too few */
     def.bodies = bodies;
     def.n_bodies = SESSION_BODIES;
     def.tools = tools;
@@ -112,11 +147,13 @@ int session_open(session *s) {
             return 1;
         }
     }
-    return make_scene(s);
+    return make_geometries(s) != 0 ? 1 : make_scene(s);
 }
 
 void session_close(session *s) {
     shcd_scene_free(s->scene);
+    shcd_tool_geometry_free(s->capsule);
+    shcd_tool_geometry_free(s->shell);
     for (size_t b = 0; b < SESSION_BODIES; b++) {
         shcd_model_free(s->models[b]);
     }
@@ -192,14 +229,26 @@ static size_t since_vanishing(size_t tool, size_t tick) {
     return (tick + 100 * tool) % 1200;
 }
 
+/* Two full turns about a fixed axis in 2000 ticks: (cos, sin) of half the angle by the rational
+ * circle. */
+static shcd_quat orientation(size_t tick) {
+    const shcd_vec3 half = circle((double)(tick % 2000) / 2000.0, 0);
+    const shcd_quat q = {half.x, half.y * (2.0 / 3.0), half.y * (1.0 / 3.0), half.y * (2.0 / 3.0)};
+    return q;
+}
+
 static double step_of(size_t tick) {
     return tick % 97 == 96 ? 0.004 : 0.001;
 }
 
 static shcd_tool_input input_of(size_t tool, size_t tick) {
-    shcd_tool_input in = {
-        {{0.0, 0.0, 0.0}, {0.2, 0.4, 0.4, 0.8}}, {0.0, 0.0, 0.0}, SHCD_TOOL_INPUT_ACTIVE, 0};
+    shcd_tool_input in = {.tool_in_world = {{0.0, 0.0, 0.0}, {0.2, 0.4, 0.4, 0.8}},
+                          .flags = SHCD_TOOL_INPUT_ACTIVE};
     in.tool_in_world.position_m = position(tool, tick);
+    if (tool >= FIRST_TURNING) {
+        in.tool_in_world.orientation = orientation(tick);
+        in.angular_velocity_rad_per_s = shcd_vec3_make(2.0, 1.0, 2.0);
+    }
     if (tick > 0) {
         in.velocity_m_per_s = shcd_scale(
             1.0 / step_of(tick), shcd_sub(in.tool_in_world.position_m, position(tool, tick - 1)));

@@ -1,11 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A session of 10 000 ticks that every build on every machine has to reproduce bit by bit.
  *
- * Four bodies (an ellipsoid, degrees 15 and 9, a small sphere) and four tools that press, slide,
- * plunge through the middle, strike, wander off, vanish and send nonsense. All input comes from
- * integers by +, -,
- * *, / and sqrt, which IEEE 754 rounds correctly: no library function of mathematics has a say in
- * it. */
+ * Four bodies (an ellipsoid, degrees 15 and 9, a small sphere) and six tools (points, spheres, a
+ * capsule and a point shell) that press, slide, plunge through the middle, strike, wander off,
+ * vanish and send nonsense. All input comes from integers by +, -, *, / and sqrt, which IEEE 754
+ * rounds correctly: no library function of mathematics has a say in it. */
 #ifndef SHCD_TESTS_SESSION_H
 #define SHCD_TESTS_SESSION_H
 
@@ -15,10 +14,11 @@
 #define SESSION_PART ((size_t)1000) /* ticks between two marks */
 #define SESSION_MARKS (SESSION_TICKS / SESSION_PART + 1)
 #define SESSION_BODIES 4
-#define SESSION_TOOLS 4
+#define SESSION_TOOLS 6
 
 typedef struct session {
     shcd_model *models[SESSION_BODIES];
+    shcd_tool_geometry *capsule, *shell;
     shcd_scene *scene;
 } session;
 

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The session replayed from a snapshot, by two threads at once, and against the committed hashes.
  */
+#include "realtime/sanitized.h"
 #include "session.h"
 #include "support/check.h"
 
@@ -19,6 +20,7 @@ static void test_session_meets_all_it_is_meant_to(void **state) {
     uint64_t marks[SESSION_MARKS];
     session_tally tally = {0};
     (void)state;
+    LEAVE_TO_THE_PLAIN_BUILD();
     assert_int_equal(session_marks(&shared, marks, &tally), 0);
     assert_int_equal(session_compare(marks, committed), 0);
     for (size_t t = 0; t < SESSION_TOOLS; t++) {
@@ -98,6 +100,7 @@ static void test_threads_that_share_a_scene_give_the_same_bits(void **state) {
 /* The daemon's loop flushes denormal numbers to zero; a replay without that meets the same bits. */
 static void test_flushing_denormals_to_zero_changes_nothing(void **state) {
     (void)state;
+    LEAVE_TO_THE_PLAIN_BUILD();
 #if defined(__SSE2__)
     uint64_t marks[SESSION_MARKS];
     const unsigned int before = _mm_getcsr();

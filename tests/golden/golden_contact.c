@@ -163,8 +163,8 @@ static void check_row(table *t) {
     case_body bodies[BODIES_MAX] = {{0}};
     size_t n_bodies = 0;
     double radius_m = 0.0, force[3], tolerance;
-    shcd_tool_input in = {
-        {{0.0, 0.0, 0.0}, {1.0, 0.0, 0.0, 0.0}}, {0.0, 0.0, 0.0}, SHCD_TOOL_INPUT_ACTIVE, 0};
+    shcd_tool_input in = {.tool_in_world = {{0.0, 0.0, 0.0}, {1.0, 0.0, 0.0, 0.0}},
+                          .flags = SHCD_TOOL_INPUT_ACTIVE};
     shcd_tool_output out;
     if (read_bodies(t, bodies, &n_bodies) == 0 && read_tool(t, t->fields[1], &radius_m, &in) == 0 &&
         table_quantity(t, 2, 3, force, NULL) == 0 &&

@@ -188,14 +188,47 @@ static void test_track_takes_at_most_16_newton_steps(void **state) {
     printf("at most %u Newton steps, %u evaluations\n", most_steps, most_evaluations);
 }
 
+/* A convex tool's contact: one query, two descents along the core of ten followed feet each, and
+ * the query that looks for a deeper point (libshcd/response/contact_convex.c, sink.c). */
+#define SINK_TRACKS 10
+#define CONVEX_EVALUATIONS                                                                         \
+    (TICK_EVALUATIONS + (TICK_TRACKS + 2 * SINK_TRACKS) * TRACK_EVALUATIONS + 2 * EVALUATIONS_OVER)
+/* A shell has four times the caps, for all of its points; what is begun is one point. */
+#define SHELL_FACTOR 4
+#define SHELL_POINTS 200
+#define N_TOOLS 5
+
+static shcd_tool_geometry *make_shell(check_random *random) {
+    static shcd_vec3 points[SHELL_POINTS], normals[SHELL_POINTS];
+    for (size_t i = 0; i < SHELL_POINTS; i++) {
+        normals[i] = bodies_random_direction(random);
+        points[i] = shcd_scale(-0.3, normals[i]);
+    }
+    return fixture_shell(points, normals, SHELL_POINTS);
+}
+
 /* A tool that leaps between the worst places, and lingers so that its contact gets old. */
 static void test_tick_keeps_its_caps_per_body(void **state) {
-    const shcd_tool_def tools[2] = {fixture_tool("tip", 0.0), fixture_tool("ball", 0.05)};
+    check_random random = {14};
+    shcd_tool_geometry *const geometries[3] = {
+        fixture_capsule(0.05, 0.4), fixture_box(0.4, 0.2, 0.1, 0.02), make_shell(&random)};
+    const shcd_tool_def tools[N_TOOLS] = {
+        fixture_tool("tip", 0.0), fixture_tool("ball", 0.05),
+        fixture_tool_of("capsule", SHCD_TOOL_CAPSULE, geometries[0]),
+        fixture_tool_of("box", SHCD_TOOL_BOX, geometries[1]),
+        fixture_tool_of("shell", SHCD_TOOL_SHELL, geometries[2])};
+    const double evaluations_max[N_TOOLS] = {
+        TICK_TRACKS * TRACK_EVALUATIONS + TICK_EVALUATIONS + EVALUATIONS_OVER,
+        TICK_TRACKS * TRACK_EVALUATIONS + TICK_EVALUATIONS + EVALUATIONS_OVER, CONVEX_EVALUATIONS,
+        CONVEX_EVALUATIONS,
+        SHELL_FACTOR * TICK_EVALUATIONS + TICK_TRACKS * TRACK_EVALUATIONS + EVALUATIONS_OVER};
+    const double bounds_max[N_TOOLS] = {
+        TICK_BOUNDS + BOUNDS_OVER, TICK_BOUNDS + BOUNDS_OVER, 2 * (TICK_BOUNDS + BOUNDS_OVER),
+        2 * (TICK_BOUNDS + BOUNDS_OVER), SHELL_FACTOR * TICK_BOUNDS + BOUNDS_OVER};
     const shcd_effect_def effects[2] = {{"stiffness", NULL, 0}, {"damping", NULL, 0}};
     shcd_body_def defs[N_MODELS];
     char names[N_MODELS][24];
-    check_random random = {14};
-    uint32_t most_evaluations = 0, most_bounds = 0;
+    double most_evaluations[N_TOOLS] = {0.0}, most_bounds[N_TOOLS] = {0.0};
     fixture f;
     (void)state;
     for (size_t b = 0; b < n_bodies; b++) {
@@ -203,9 +236,9 @@ static void test_tick_keeps_its_caps_per_body(void **state) {
         defs[b] =
             fixture_body(names[b], bodies[b].model, fixture_random_pose(&random, 0.5), effects, 2);
     }
-    fixture_open(&f, defs, n_bodies, tools, 2);
+    fixture_open(&f, defs, n_bodies, tools, N_TOOLS);
     for (size_t i = 0; i < check_scaled(3000); i++) {
-        for (size_t t = 0; t < 2; t++) {
+        for (size_t t = 0; t < N_TOOLS; t++) {
             shcd_tool_input *in = &f.in[t];
             if (i % 4 == 0) {
                 const size_t b = (size_t)(check_random_bits(&random) % n_bodies);
@@ -221,19 +254,21 @@ static void test_tick_keeps_its_caps_per_body(void **state) {
             }
         }
         fixture_step(&f);
-        for (size_t t = 0; t < 2; t++) {
-            most_evaluations = f.out[t].n_evaluations > most_evaluations ? f.out[t].n_evaluations
-                                                                         : most_evaluations;
-            most_bounds = f.out[t].n_patches > most_bounds ? f.out[t].n_patches : most_bounds;
+        for (size_t t = 0; t < N_TOOLS; t++) {
+            most_evaluations[t] = fmax(most_evaluations[t], (double)f.out[t].n_evaluations);
+            most_bounds[t] = fmax(most_bounds[t], (double)f.out[t].n_patches);
         }
     }
-    printf("one tool, one tick, %zu bodies that overlap: at most %u evaluations, %u bounds\n",
-           n_bodies, most_evaluations, most_bounds);
-    assert_at_most((double)most_evaluations,
-                   (double)n_bodies *
-                       (TICK_TRACKS * TRACK_EVALUATIONS + TICK_EVALUATIONS + EVALUATIONS_OVER));
-    assert_at_most((double)most_bounds, (double)n_bodies * (TICK_BOUNDS + BOUNDS_OVER));
+    for (size_t t = 0; t < N_TOOLS; t++) {
+        printf("%s, one tick, %zu bodies that overlap: at most %g evaluations, %g bounds\n",
+               tools[t].name, n_bodies, most_evaluations[t], most_bounds[t]);
+        assert_at_most(most_evaluations[t], (double)n_bodies * evaluations_max[t]);
+        assert_at_most(most_bounds[t], (double)n_bodies * bounds_max[t]);
+    }
     fixture_close(&f);
+    for (size_t g = 0; g < 3; g++) {
+        shcd_tool_geometry_free(geometries[g]);
+    }
 }
 
 int main(void) {

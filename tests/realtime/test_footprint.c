@@ -140,7 +140,7 @@ static int use_everything(void) {
                                        {1e9, 1e9, 0.0}, {1e-9, 0.0, 0.0}, {0.0, 0.0, 1.0}};
     static double complex_pairs[2 * SHCD_COUNT(15)], back[SHCD_COUNT(15)];
     shcd_state *state = NULL;
-    static _Alignas(16) unsigned char memory[1 << 16];
+    static _Alignas(16) unsigned char memory[1 << 18];
     int failed = shcd_state_size(scene.scene) > sizeof memory;
     failed |= shcd_state_init(scene.scene, memory, sizeof memory, &state) != SHCD_OK;
     failed |= shcd_scene_tool_count(scene.scene) != SESSION_TOOLS ||

@@ -9,6 +9,7 @@
 
 struct brute {
     const shcd_model *model;
+    const shcd_shape *shape; /* NULL: at rest */
     size_t n, n_points;
     shcd_vec3 *w, *x;
 };
@@ -32,9 +33,12 @@ static shcd_vec3 cube_direction(int face, double u, double v) {
     }
 }
 
-static shcd_vec3 surface(const shcd_model *model, shcd_vec3 w) {
+static shcd_vec3 surface(const brute *b, shcd_vec3 w, double *jacobian) {
     shcd_vec3 x = {0.0, 0.0, 0.0};
-    if (shcd_model_surface(model, -1, w, &x, NULL, NULL) != SHCD_OK) {
+    const shcd_status status = b->shape == NULL
+                                   ? shcd_model_surface(b->model, -1, w, &x, NULL, jacobian)
+                                   : shcd_shape_surface(b->model, b->shape, w, &x, NULL, jacobian);
+    if (status != SHCD_OK) {
         abort();
     }
     return x;
@@ -42,12 +46,13 @@ static shcd_vec3 surface(const shcd_model *model, shcd_vec3 w) {
 
 /* Grid points lie on the faces' borders too, so that neighbouring faces share their corner
  * positions and the tessellation is closed. */
-brute *brute_create(const shcd_model *model, size_t n) {
+brute *brute_create_shape(const shcd_model *model, const shcd_shape *shape, size_t n) {
     brute *b = calloc(1, sizeof *b);
     if (b == NULL) {
         return NULL;
     }
     b->model = model;
+    b->shape = shape;
     b->n = n;
     b->n_points = 6 * (n + 1) * (n + 1);
     b->w = malloc(b->n_points * sizeof *b->w);
@@ -63,11 +68,15 @@ brute *brute_create(const shcd_model *model, size_t n) {
                 const double u = 2.0 * (double)i / (double)n - 1.0;
                 const double v = 2.0 * (double)k / (double)n - 1.0;
                 b->w[at] = cube_direction(face, u, v);
-                b->x[at] = surface(model, b->w[at]);
+                b->x[at] = surface(b, b->w[at], NULL);
             }
         }
     }
     return b;
+}
+
+brute *brute_create(const shcd_model *model, size_t n) {
+    return brute_create_shape(model, NULL, n);
 }
 
 void brute_free(brute *b) {
@@ -85,11 +94,8 @@ typedef struct value {
 } value;
 
 static value value_at(const brute *b, shcd_vec3 p, shcd_vec3 w, shcd_vec3 t1, shcd_vec3 t2) {
-    shcd_vec3 x;
     double j[9];
-    if (shcd_model_surface(b->model, -1, w, &x, NULL, j) != SHCD_OK) {
-        abort();
-    }
+    const shcd_vec3 x = surface(b, w, j);
     const shcd_vec3 r = shcd_sub(x, p);
     const shcd_vec3 g = {r.x * j[0] + r.y * j[3] + r.z * j[6], r.x * j[1] + r.y * j[4] + r.z * j[7],
                          r.x * j[2] + r.y * j[5] + r.z * j[8]};
@@ -175,7 +181,7 @@ double brute_distance(const brute *b, shcd_vec3 p, shcd_vec3 *parameter) {
     double best = HUGE_VAL;
     for (size_t k = 0; k < n; k++) {
         const shcd_vec3 w = polish(b, p, b->w[start[k]]);
-        const double d = shcd_norm(shcd_sub(surface(b->model, w), p));
+        const double d = shcd_norm(shcd_sub(surface(b, w, NULL), p));
         if (d < best) {
             best = d;
             *parameter = w;
@@ -220,7 +226,7 @@ double brute_deviation(const brute *b) {
                 for (int e = 0; e < 2; e++) {
                     const shcd_vec3 middle = shcd_scale(0.5, shcd_add(b->x[at], b->x[other[e]]));
                     const shcd_vec3 w = shcd_unit(shcd_add(b->w[at], b->w[other[e]]));
-                    largest = fmax(largest, shcd_norm(shcd_sub(surface(b->model, w), middle)));
+                    largest = fmax(largest, shcd_norm(shcd_sub(surface(b, w, NULL), middle)));
                 }
             }
         }

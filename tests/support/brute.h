@@ -14,6 +14,8 @@ typedef struct brute brute;
 /** Samples the surface on a cube-sphere grid of 6 n^2 directions and triangulates it. NULL if out
  * of memory. */
 brute *brute_create(const shcd_model *model, size_t n);
+/** The same of the current shape of a deforming body, which is evaluated while b is in use. */
+brute *brute_create_shape(const shcd_model *model, const shcd_shape *shape, size_t n);
 void brute_free(brute *b);
 
 /** Smallest distance found, and its parameter. */

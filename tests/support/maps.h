@@ -20,6 +20,17 @@ static inline shcd_map *maps_create(const shcd_model *model, const shcd_map_opti
     return map;
 }
 
+/** The same body with its tree, which shcdi_cast() needs and a finished model has given up. */
+static inline shcd_model *maps_with_tree(const shcd_model *model) {
+    shcd_model *plain = NULL;
+    shcd_error error = {SHCD_OK, ""};
+    if (shcdi_model_create_plain(model->degree, model->coefficients, model->series.simd,
+                                 &model->allocator, &plain, &error) != SHCD_OK) {
+        fail_msg("%s", error.message);
+    }
+    return plain;
+}
+
 static inline shcd_map_options maps_on_grid(int grid, int resolution) {
     shcd_map_options options = SHCD_MAP_OPTIONS_INIT;
     options.grid = grid;

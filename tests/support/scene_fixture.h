@@ -93,6 +93,50 @@ static inline shcd_tool_def fixture_tool(const char *name, double radius_m) {
     return tool;
 }
 
+static inline shcd_tool_geometry *fixture_geometry(const shcd_tool_geometry_def *def) {
+    shcd_tool_geometry *geometry = NULL;
+    shcd_error error = {SHCD_OK, ""};
+    if (shcd_tool_geometry_create(def, NULL, &geometry, &error) != SHCD_OK) {
+        fail_msg("%s", error.message);
+    }
+    return geometry;
+}
+
+static inline shcd_tool_geometry *fixture_capsule(double radius_m, double half_length_m) {
+    shcd_tool_geometry_def def = SHCD_TOOL_GEOMETRY_DEF_INIT;
+    def.kind = SHCD_TOOL_CAPSULE;
+    def.radius_m = radius_m;
+    def.half_length_m = half_length_m;
+    return fixture_geometry(&def);
+}
+
+static inline shcd_tool_geometry *fixture_box(double x, double y, double z, double radius_m) {
+    shcd_tool_geometry_def def = SHCD_TOOL_GEOMETRY_DEF_INIT;
+    def.kind = SHCD_TOOL_BOX;
+    def.radius_m = radius_m;
+    def.half_extents_m = shcd_vec3_make(x, y, z);
+    return fixture_geometry(&def);
+}
+
+static inline shcd_tool_geometry *fixture_shell(const shcd_vec3 *points, const shcd_vec3 *normals,
+                                                size_t n) {
+    shcd_tool_geometry_def def = SHCD_TOOL_GEOMETRY_DEF_INIT;
+    def.kind = SHCD_TOOL_SHELL;
+    def.points = points;
+    def.normals = normals;
+    def.n_points = n;
+    return fixture_geometry(&def);
+}
+
+static inline shcd_tool_def fixture_tool_of(const char *name, int32_t kind,
+                                            const shcd_tool_geometry *geometry) {
+    shcd_tool_def tool = SHCD_TOOL_DEF_INIT;
+    tool.name = name;
+    tool.kind = kind;
+    tool.geometry = geometry;
+    return tool;
+}
+
 static inline void fixture_open(fixture *f, const shcd_body_def *bodies, size_t n_bodies,
                                 const shcd_tool_def *tools, size_t n_tools) {
     shcd_scene_def def = SHCD_SCENE_DEF_INIT;
@@ -150,6 +194,14 @@ static inline void fixture_open_one(fixture *f, const shcd_model *model, shcd_po
     const shcd_body_def body = fixture_body("body", model, pose, &spring, 1);
     const shcd_tool_def tool = fixture_tool("tool", radius_m);
     fixture_open(f, &body, 1, &tool, 1);
+}
+
+/** The same with a tool of any kind. */
+static inline void fixture_open_with(fixture *f, const shcd_model *model, shcd_pose pose,
+                                     const shcd_tool_def *tool) {
+    const shcd_effect_def spring = {"stiffness", NULL, 0};
+    const shcd_body_def body = fixture_body("body", model, pose, &spring, 1);
+    fixture_open(f, &body, 1, tool, 1);
 }
 
 static inline int fixture_in_contact(const shcd_tool_output *out) {

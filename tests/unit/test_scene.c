@@ -66,6 +66,7 @@ static void *aligned_state(size_t size) {
 /* ---- what is refused ------------------------------------------------------------------------ */
 
 static char name_of_64[65];
+static shcd_tool_geometry *capsule; /* borrowed from the test that uses it */
 
 /* A function that spoils a draft in one way. */
 #define SPOIL(name, statement)                                                                     \
@@ -79,8 +80,11 @@ SPOIL(no_tools, d->scene.n_tools = 0)
 SPOIL(many_tools, d->scene.n_tools = SHCD_TOOLS_MAX + 1)
 SPOIL(many_bodies, d->scene.n_bodies = SHCD_BODIES_MAX + 1)
 SPOIL(scene_size_0, d->scene.struct_size = 0)
+SPOIL(scene_size_7, d->scene.struct_size = sizeof(size_t) - 1)
 SPOIL(body_size_0, d->bodies[0].struct_size = 0)
+SPOIL(body_size_7, d->bodies[0].struct_size = sizeof(size_t) - 1)
 SPOIL(tool_size_0, d->tools[0].struct_size = 0)
+SPOIL(tool_size_7, d->tools[0].struct_size = sizeof(size_t) - 1)
 SPOIL(body_sizes_differ, d->bodies[1].struct_size -= 8)
 SPOIL(tool_sizes_differ, d->tools[1].struct_size -= 8)
 SPOIL(body_without_name, d->bodies[1].name = NULL)
@@ -112,6 +116,11 @@ SPOIL(sphere_of_negative_radius, d->tools[1].radius_m = -0.001)
 SPOIL(sphere_too_large, d->tools[1].radius_m = 1e10)
 SPOIL(sphere_of_nan, d->tools[1].radius_m = (double)NAN)
 SPOIL(unknown_kind, d->tools[1].kind = 7)
+SPOIL(capsule_without_geometry, d->tools[1].kind = SHCD_TOOL_CAPSULE)
+SPOIL(kind_of_another_geometry, d->tools[1].geometry = capsule)
+SPOIL(share_above_1, d->tools[1].contact_share = 1.5)
+SPOIL(share_negative, d->tools[1].contact_share = -0.5)
+SPOIL(share_nan, d->tools[1].contact_share = (double)NAN)
 
 static const struct refusal {
     void (*spoil)(draft *);
@@ -124,8 +133,11 @@ static const struct refusal {
     {many_tools, SHCD_ERR_ARGUMENT, "17 tools, must be 1 .. 16"},
     {many_bodies, SHCD_ERR_ARGUMENT, "65 bodies, at most 64 are allowed"},
     {scene_size_0, SHCD_ERR_ARGUMENT, "struct_size is 0; use SHCD_SCENE_DEF_INIT"},
+    {scene_size_7, SHCD_ERR_ARGUMENT, "struct_size is 7; use SHCD_SCENE_DEF_INIT"},
     {body_size_0, SHCD_ERR_ARGUMENT, "body 0: struct_size is 0; use SHCD_BODY_DEF_INIT"},
+    {body_size_7, SHCD_ERR_ARGUMENT, "body 0: struct_size is 7; use SHCD_BODY_DEF_INIT"},
     {tool_size_0, SHCD_ERR_ARGUMENT, "tool 0: struct_size is 0; use SHCD_TOOL_DEF_INIT"},
+    {tool_size_7, SHCD_ERR_ARGUMENT, "tool 0: struct_size is 7; use SHCD_TOOL_DEF_INIT"},
     {body_sizes_differ, SHCD_ERR_ARGUMENT, "body 1: struct_size differs from that of body 0"},
     {tool_sizes_differ, SHCD_ERR_ARGUMENT, "tool 1: struct_size differs from that of tool 0"},
     {body_without_name, SHCD_ERR_ARGUMENT, "body 1 has no name"},
@@ -170,10 +182,18 @@ static const struct refusal {
      "tool 'ball': radius_m is 1e+10, must lie above 0, up to 1e+09 m"},
     {sphere_of_nan, SHCD_ERR_NOT_FINITE, "tool 'ball': radius_m is not finite"},
     {unknown_kind, SHCD_ERR_ARGUMENT, "tool 'ball': unknown kind 7"},
+    {capsule_without_geometry, SHCD_ERR_ARGUMENT, "tool 'ball': kind 2 needs a geometry"},
+    {kind_of_another_geometry, SHCD_ERR_ARGUMENT, "tool 'ball': kind is 1, that of its geometry 2"},
+    {share_above_1, SHCD_ERR_ARGUMENT,
+     "tool 'ball': contact_share is 1.5, must lie above 0, up to 1"},
+    {share_negative, SHCD_ERR_ARGUMENT,
+     "tool 'ball': contact_share is -0.5, must lie above 0, up to 1"},
+    {share_nan, SHCD_ERR_NOT_FINITE, "tool 'ball': contact_share is not finite"},
 };
 
 static void test_create_refuses_each_fault_with_its_own_words(void **state) {
     (void)state;
+    capsule = fixture_capsule(0.004, 0.02);
     for (size_t i = 0; i < sizeof refusals / sizeof refusals[0]; i++) {
         draft d;
         shcd_error error = {SHCD_OK, ""};
@@ -189,6 +209,7 @@ static void test_create_refuses_each_fault_with_its_own_words(void **state) {
         assert_ptr_equal(scene, untouched);
         assert_int_equal(shcd_scene_create(&d.scene, NULL, &scene, NULL), refusals[i].status);
     }
+    shcd_tool_geometry_free(capsule);
 }
 
 static void test_create_refuses_null_arguments(void **state) {
@@ -440,6 +461,39 @@ static void test_state_belongs_to_equal_scenes_only(void **state) {
     shcd_scene_free(scene);
 }
 
+/* What a geometry holds counts, not where it lies. */
+static void test_state_belongs_to_tools_of_equal_geometry(void **state) {
+    const shcd_vec3 points[2] = {{0.0, 0.0, 0.0}, {0.01, 0.0, 0.0}};
+    const shcd_vec3 others[2] = {{0.0, 0.0, 0.0}, {0.01, 0.0, 1e-9}};
+    const shcd_vec3 normals[2] = {{0.0, 0.0, 1.0}, {0.0, 0.0, 1.0}};
+    shcd_tool_geometry *geometries[6] = {
+        fixture_shell(points, normals, 2), fixture_shell(points, normals, 2),
+        fixture_shell(others, normals, 2), fixture_capsule(0.004, 0.02),
+        fixture_capsule(0.004, 0.021),     fixture_capsule(0.004, 0.02)};
+    draft d;
+    (void)state;
+    for (size_t g = 0; g < 6; g += 3) {
+        make_draft(&d);
+        d.tools[1] =
+            fixture_tool_of("ball", g == 0 ? SHCD_TOOL_SHELL : SHCD_TOOL_CAPSULE, geometries[g]);
+        shcd_scene *scene = create(&d);
+        d.tools[1].geometry = geometries[g == 0 ? 1 : 5];
+        assert_int_equal(step_with_state_of(scene, &d), SHCD_OK);
+        d.tools[1].geometry = geometries[g == 0 ? 2 : 4];
+        assert_int_equal(step_with_state_of(scene, &d), SHCD_ERR_ARGUMENT);
+        d.tools[1].geometry = geometries[g];
+        d.tools[1].contact_share = 0.5;
+        assert_int_equal(step_with_state_of(scene, &d), SHCD_ERR_ARGUMENT);
+        d.tools[1].contact_share = 0.0;
+        d.tools[1].evaluations_max = 17;
+        assert_int_equal(step_with_state_of(scene, &d), SHCD_ERR_ARGUMENT);
+        shcd_scene_free(scene);
+    }
+    for (size_t g = 0; g < 6; g++) {
+        shcd_tool_geometry_free(geometries[g]);
+    }
+}
+
 static void test_state_size_does_not_grow_with_stateless_effects(void **state) {
     draft d;
     shcd_scene *with;
@@ -469,6 +523,7 @@ int main(void) {
         cmocka_unit_test(test_create_refused_allocates_nothing),
         cmocka_unit_test(test_state_init_refuses_unfit_memory),
         cmocka_unit_test(test_state_belongs_to_equal_scenes_only),
+        cmocka_unit_test(test_state_belongs_to_tools_of_equal_geometry),
         cmocka_unit_test(test_state_size_does_not_grow_with_stateless_effects),
     };
     return cmocka_run_group_tests(tests, make_model, free_model);

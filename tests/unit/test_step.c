@@ -186,17 +186,20 @@ static void test_step_flags_bad_tools_and_gives_no_force(void **state) {
     fixture f;
     (void)state;
     fixture_open(&f, &body, 1, tools, 2);
-    for (size_t field = 0; field < 10; field++) {
+    for (size_t field = 0; field < 13; field++) {
         for (size_t i = 0; i < sizeof bad / sizeof bad[0]; i++) {
             shcd_tool_input *in = &f.in[0];
-            double *const fields[10] = {
-                &in->tool_in_world.position_m.x,  &in->tool_in_world.position_m.y,
-                &in->tool_in_world.position_m.z,  &in->tool_in_world.orientation.w,
-                &in->tool_in_world.orientation.x, &in->tool_in_world.orientation.y,
-                &in->tool_in_world.orientation.z, &in->velocity_m_per_s.x,
-                &in->velocity_m_per_s.y,          &in->velocity_m_per_s.z};
+            double *const fields[13] = {
+                &in->tool_in_world.position_m.x,   &in->tool_in_world.position_m.y,
+                &in->tool_in_world.position_m.z,   &in->tool_in_world.orientation.w,
+                &in->tool_in_world.orientation.x,  &in->tool_in_world.orientation.y,
+                &in->tool_in_world.orientation.z,  &in->velocity_m_per_s.x,
+                &in->velocity_m_per_s.y,           &in->velocity_m_per_s.z,
+                &in->angular_velocity_rad_per_s.x, &in->angular_velocity_rad_per_s.y,
+                &in->angular_velocity_rad_per_s.z};
             in->tool_in_world = pressed;
             in->velocity_m_per_s = at_rest;
+            in->angular_velocity_rad_per_s = at_rest;
             f.in[1] = f.in[0];
             *fields[field] = bad[i];
             fixture_step(&f);

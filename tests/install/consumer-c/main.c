@@ -59,7 +59,8 @@ static void tick(const shcd_model *model) {
     shcd_tool_def tool = SHCD_TOOL_DEF_INIT;
     shcd_scene_def def = SHCD_SCENE_DEF_INIT;
     shcd_tool_input pressed = {
-        {{0.034, 0.0, 0.0}, {1.0, 0.0, 0.0, 0.0}}, {0.0, 0.0, 0.0}, SHCD_TOOL_INPUT_ACTIVE, 0};
+        {{0.034, 0.0, 0.0}, {1.0, 0.0, 0.0, 0.0}}, {0.0, 0.0, 0.0}, SHCD_TOOL_INPUT_ACTIVE, 0,
+        {0.0, 0.0, 0.0}, {0, 0}};
     shcd_tool_output felt;
     shcd_input input = {0.001, NULL, 1};
     shcd_output output = {NULL, 1};

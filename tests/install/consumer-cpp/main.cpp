@@ -90,7 +90,8 @@ double press(const shcd_model *model) {
     shcd_state *state = nullptr;
     check(shcd_state_init(made, aligned, room, &state), "shcd_state_init");
     const shcd_tool_input pressed = {
-        {{0.034, 0.0, 0.0}, {1.0, 0.0, 0.0, 0.0}}, {0.0, 0.0, 0.0}, SHCD_TOOL_INPUT_ACTIVE, 0};
+        {{0.034, 0.0, 0.0}, {1.0, 0.0, 0.0, 0.0}}, {0.0, 0.0, 0.0}, SHCD_TOOL_INPUT_ACTIVE, 0,
+        {0.0, 0.0, 0.0}, {0, 0}};
     shcd_tool_output felt;
     const shcd_input input = {0.001, &pressed, 1};
     shcd_output output = {&felt, 1};

@@ -1,0 +1,267 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Certificates that last from one query to the next.
+ *
+ * A search proved LB <= min |S0 - p0| outside a cap W about its foot, S0 and p0 the surface and the
+ * point then. For a point p at distance a = |p - p0| and a surface within b of S0 (b = B_0,
+ * growth.c, summed over the changes since), |S - p| >= LB - a - b outside W. Inside W a Newton step
+ * or two lead from the last foot to a foot w of S and p; W lies within rho + angle(w0, w) of it,
+ * rho W's radius, and the way from w to any point of W stays in W, since caps are convex. So if the
+ * ball about w (refine.c, with the derivatives' bounds that hold in W and with f'' evaluated *here
+ * and now*) reaches that far, f is known from below in all of W, and both together are a lower
+ * bound of the distance.
+ *
+ * A margin between the foot and other feet would not do instead: where p passes a focal point the
+ * foot's own basin splits, without any other foot coming near. Here the Hessian at w tells.
+ *
+ * A certificate costs up to MARGIN_EVALUATIONS beyond the search. Where it is used less than
+ * USES_LEAST times before it breaks (a fast point, a place near the medial axis) the next searches
+ * make none, twice as many each time this happens again; where that can be foreseen, none is made
+ * at all.
+ *
+ * LB is made for margin: leaves outside W are settled as far as they are nearer than the foot plus
+ * what the point is expected to move in the next calls. */
+#include "query/internal.h"
+
+#include "query/patch.h"
+#include "query/shape.h"
+
+#include <string.h>
+
+/* Share of the largest cap that can be proven: what is left over lets the foot move. */
+#define CAP_SHARE 0.85
+/* Steps of the point that a certificate should last, in both directions. */
+#define STEPS_AHEAD 16.0
+/* [of the diagonal] */
+#define MARGIN_LEAST 1e-3
+#define MARGIN_MOST 0.03
+#define MARGIN_LEVELS 1
+/* evaluations that a margin may cost */
+#define MARGIN_EVALUATIONS 24
+#define USES_LEAST 6
+#define LEVEL_MAX 6
+#define NEWTON_STEPS_MAX 8
+
+typedef struct lasting {
+    /* of the search */
+    shcd_vec3 w0, p0;
+    double cap;     /* radius of W [rad] */
+    double outside; /* LB [m] */
+    double path0;   /* the shape's B_0 summed up then */
+    /* of the last query: foot, tangent frame, derivatives */
+    shcd_vec3 w, p, t1, s1, s2;
+    double h11, h12, h22;
+    double path;
+    double spare[4];
+    uint64_t leaf; /* + 1; 0: nothing known. Its bounds hold in W */
+    int64_t sign;  /* of the last query, 0: not sure */
+    uint64_t n_sets;
+    uint16_t uses;  /* of this certificate */
+    uint16_t level; /* of patience: how often in a row it was used too little */
+    uint16_t skip;  /* so many searches make none */
+    uint16_t spare_half;
+} lasting;
+
+_Static_assert(sizeof(lasting) == sizeof(shcd_certificate), "one is copied into the other");
+
+static uint32_t least_of(uint32_t a, uint32_t b) {
+    return a < b ? a : b;
+}
+
+static void remember_foot(lasting *c, const shcdi_search *s, double path) {
+    const shcdi_foot *foot = &s->best;
+    c->w = shcdi_flushed3(foot->w);
+    c->p = s->p;
+    c->t1 = shcdi_flushed3(foot->jet.t1);
+    c->s1 = shcdi_flushed3(foot->jet.s1);
+    c->s2 = shcdi_flushed3(foot->jet.s2);
+    c->h11 = foot->h11;
+    c->h12 = shcdi_flushed(foot->h12);
+    c->h22 = foot->h22;
+    c->path = path;
+}
+
+static void remember_sign(lasting *c, const shcd_proximity *out) {
+    c->sign = (out->flags & SHCD_PROXIMITY_SIGN_UNSURE) != 0 ? 0
+              : out->lower_m >= 0.0                          ? 1
+              : out->upper_m <= 0.0                          ? -1
+                                                             : 0;
+}
+
+/* The foot moves by H^-1 J^T dp while the surface stands still. */
+static shcd_vec3 predict(const lasting *c, shcd_vec3 p) {
+    const shcd_vec3 moved = shcd_sub(p, c->p);
+    const double a = shcd_dot(c->s1, moved), b = shcd_dot(c->s2, moved);
+    const double determinant = c->h11 * c->h22 - c->h12 * c->h12;
+    if (!(determinant > 0.0)) {
+        return c->w;
+    }
+    const double x = (c->h22 * a - c->h12 * b) / determinant;
+    const double y = (c->h11 * b - c->h12 * a) / determinant;
+    if (!(x * x + y * y < 0.01)) {
+        return c->w;
+    }
+    const shcd_vec3 t2 = shcd_cross(c->w, c->t1);
+    return shcd_unit(shcd_mul_add(shcd_mul_add(c->w, x, c->t1), y, t2));
+}
+
+/* The frame was t1, w x t1 when the foot was evaluated; after it moved a little it still is nearly
+ * one, which is all that a prediction needs. */
+
+static int continue_from(lasting *c, const shcd_shape *shape, shcdi_search *s, double allowed,
+                         shcd_proximity *out) {
+    const double path = shape != NULL ? shape->path[0] : 0.0;
+    const size_t leaf = (size_t)c->leaf - 1;
+    shcdi_leaf_bounds bounds;
+    shcdi_foot foot;
+    shcdi_ball_bound ball;
+    const double beyond = c->outside - shcd_norm(shcd_sub(s->p, c->p0)) -
+                          (path - c->path0) * (1.0 + 1e-15) - s->slack;
+    shcdi_view_leaf_bounds(s->view, leaf, &bounds);
+    shcdi_foot_at(s->view, s->p, predict(c, s->p), &foot);
+    s->n_evaluations++;
+    if (!(foot.distance - s->tolerance < beyond)) {
+        return 0;
+    }
+    if (!shcdi_newton(s->view, s->p, NEWTON_STEPS_MAX, &bounds, s->tolerance, &foot, &s->n_newton,
+                      &s->n_evaluations)) {
+        return 0;
+    }
+    const double way = shcdi_angle_upper(shcd_norm(shcd_sub(foot.w, c->w0)));
+    const double reach = c->cap + way;
+    if (!(way < c->cap) ||
+        !(shcdi_ball_about(&foot, &bounds, reach * (1.0 + 1e-9), &ball) >= reach)) {
+        return 0;
+    }
+    s->best = foot;
+    s->best_bounds = bounds;
+    s->best_room = reach;
+    s->upper = foot.distance;
+    s->lower = shcdi_min(ball.lower, beyond);
+    s->leaves_lower = 0.0;
+    if (!(foot.distance - s->lower <= s->tolerance)) {
+        return 0;
+    }
+    /* an unsigned distance that stayed above 0 all the way kept its side */
+    const double moved = shcd_norm(shcd_sub(s->p, c->p)) + (path - c->path) * (1.0 + 1e-15);
+    s->known_sign = s->lower - s->slack > moved ? (int)c->sign : 0;
+    shcdi_search_result(s, allowed, out);
+    remember_foot(c, s, path);
+    remember_sign(c, out);
+    c->uses = (uint16_t)(c->uses < UINT16_MAX ? c->uses + 1 : c->uses);
+    return 1;
+}
+
+/* Lower bound of |S - p| outside the cap, worth up to `limit`. */
+static double bound_outside(shcdi_search *s, const shcdi_ball_bound *cap, double limit) {
+    const double upper = s->upper;
+    s->balls[0] = *cap;
+    s->balls[0].lower = HUGE_VAL;
+    s->n_balls = 1;
+    s->bounds_only = 1;
+    s->levels_max = MARGIN_LEVELS;
+    s->upper = limit + s->tolerance;
+    s->evaluations_max = least_of(s->evaluations_max, s->n_evaluations + MARGIN_EVALUATIONS);
+    shcdi_search_scan_to(s, limit);
+    s->lower = s->beyond_lower;
+    shcdi_survivors it;
+    size_t leaf;
+    double lower;
+    shcdi_survivors_begin(s, &it, limit);
+    while (shcdi_survivors_next(s, &it, &leaf, &lower)) {
+        if (lower >= limit || shcdi_search_in_ball(s, leaf, &lower)) {
+            shcdi_search_drop(s, lower);
+        } else {
+            shcdi_search_settle_leaf(s, leaf, lower);
+        }
+    }
+    s->upper = upper;
+    return s->lower;
+}
+
+static void search_anew(lasting *c, const shcdi_view *view, const shcd_shape *shape, shcd_vec3 p,
+                        const shcd_query_options *options, shcdi_search *s, shcd_proximity *out) {
+    const uint32_t before = s->n_evaluations, newton = s->n_newton;
+    const double step =
+        shcd_dot(c->w, c->w) > 0.0 ? shcd_norm(shcd_sub(p, c->p)) : 0.0; /* else: first call */
+    const double path = shape != NULL ? shape->path[0] : 0.0;
+    shcdi_ball_bound ball;
+    uint16_t level = c->level, skip = c->skip;
+    if (c->leaf != 0) {
+        level = c->uses >= USES_LEAST ? 0 : (uint16_t)(level < LEVEL_MAX ? level + 1 : level);
+        skip = (uint16_t)((1u << level) - 1u);
+    } else if (skip > 0) {
+        skip--;
+    }
+    if (shcd_dot(c->w, c->w) > 0.0) {
+        shcdi_query_certified_from(s, view, p, predict(c, p), options, out);
+    } else {
+        shcdi_query_certified(s, view, p, options, out);
+    }
+    memset(c, 0, sizeof *c);
+    c->level = level;
+    c->skip = skip;
+    remember_foot(c, s, path);
+    remember_sign(c, out);
+    /* after the result's last step the foot's derivatives are right to first order only: enough for
+     * choosing a cap, since each use proves anew what it needs */
+    double radius =
+        skip == 0 && (out->flags & (SHCD_PROXIMITY_TRUNCATED | SHCD_PROXIMITY_NOT_STATIONARY)) == 0
+            ? shcdi_ball_about(&s->best, &s->best_bounds, s->best_room, &ball)
+            : 0.0;
+    if (radius > 0.0) {
+        const double d = s->best.distance, cap = CAP_SHARE * radius;
+        const double chord = cap * (1.0 - cap * cap / 24.0) * (1.0 - 1e-14);
+        /* what the cap's own border allows */
+        const double border = sqrt(d * d + 0.25 * s->best.low * cap * cap) - d;
+        const double wanted =
+            shcdi_max(MARGIN_LEAST * view->diagonal_m,
+                      shcdi_min(2.0 * STEPS_AHEAD * step, MARGIN_MOST * view->diagonal_m));
+        const double margin = shcdi_min(wanted, border);
+        if (margin < USES_LEAST * step) {
+            radius = 0.0; /* it would break too soon */
+        }
+        if (radius > 0.0) {
+            ball.chord2 = chord * chord;
+            c->w0 = c->w;
+            c->p0 = p;
+            c->cap = cap;
+            c->path0 = path;
+            c->leaf = s->best_leaf + 1;
+            c->n_sets = shape != NULL ? shape->n_sets : 0;
+            c->outside = bound_outside(s, &ball, d + margin);
+        }
+    }
+    out->n_evaluations = s->n_evaluations + before;
+    out->n_patches = s->n_patches;
+    out->n_newton = s->n_newton + newton;
+}
+
+shcd_status shcd_closest_next(const shcd_model *model, const shcd_shape *shape, shcd_vec3 point,
+                              const shcd_query_options *options, shcd_certificate *certificate,
+                              shcd_proximity *out) {
+    shcd_query_options read;
+    if (model == NULL || certificate == NULL || out == NULL ||
+        !shcdi_query_options(options, &read) || read.tier != SHCD_TIER_EXACT) {
+        return SHCD_ERR_ARGUMENT;
+    }
+    if (!shcdi_is_point(point)) {
+        return SHCD_ERR_NOT_FINITE;
+    }
+    shcdi_view view;
+    shcdi_search s;
+    lasting c;
+    memcpy(&c, certificate, sizeof c);
+    memset(out, 0, sizeof *out);
+    shcdi_view_of(model, shape, &view);
+    double allowed;
+    shcdi_search_prepare(&s, &view, point, &read, &allowed);
+    const uint64_t n_leaves = SHCDI_BLOCK_LEAVES * shcdi_view_block_count(&view);
+    const int usable = c.leaf != 0 && c.leaf <= n_leaves &&
+                       (shape == NULL || (shape->n_sets >= c.n_sets && shape->path[0] >= c.path0));
+    if (!usable || !continue_from(&c, shape, &s, allowed, out)) {
+        memset(out, 0, sizeof *out);
+        search_anew(&c, &view, shape, point, &read, &s, out);
+    }
+    memcpy(certificate, &c, sizeof c);
+    return SHCD_OK;
+}
