@@ -73,9 +73,10 @@ bool config_built_in(daemon_config *config, char *error, size_t error_size) {
     return true;
 }
 
-static bool is_first(const daemon_config *config, size_t i) {
+/* Whether no body before this one, nor this one before its source, holds the model. */
+static bool is_first(const daemon_config *config, size_t i, const shcd_model *model) {
     for (size_t k = 0; k < i; k++) {
-        if (config->models[k] == config->models[i]) {
+        if (config->models[k] == model || config->sources[k] == model) {
             return false;
         }
     }
@@ -86,10 +87,17 @@ void config_free(daemon_config *config) {
     if (config == NULL) {
         return;
     }
-    shcd_scene_free(config->scene); /* before the models it borrows */
+    shcd_scene_free(config->scene); /* before the models, maps and geometries it borrows */
+    for (size_t i = 0; i < SHCD_TOOLS_MAX; i++) {
+        shcd_tool_geometry_free(config->geometries[i]);
+    }
     for (size_t i = 0; i < config->n_models; i++) {
-        if (is_first(config, i)) {
+        shcd_map_free(config->maps[i]); /* before the model it is one of */
+        if (is_first(config, i, config->models[i])) {
             shcd_model_free(config->models[i]);
+        }
+        if (config->sources[i] != NULL && is_first(config, i, config->sources[i])) {
+            shcd_model_free(config->sources[i]);
         }
     }
     memset(config, 0, sizeof *config);

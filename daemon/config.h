@@ -34,15 +34,21 @@ typedef struct daemon_config {
     size_t n_models;
     shcd_model *models[SHCD_BODIES_MAX]; /**< owned, in body order; bodies from one file share one
                                               model, so a pointer may stand here more than once */
+    /** owned: what was loaded for a body, where models[] holds one of a lower degree instead, for
+     *  its accuracy; else NULL. Shared between bodies like models[]. */
+    shcd_model *sources[SHCD_BODIES_MAX];
+    shcd_map *maps[SHCD_BODIES_MAX]; /**< owned, for its accuracy; NULL: none */
     shcd_pose body_in_world[SHCD_BODIES_MAX];
     int32_t tool_ids[SHCD_TOOLS_MAX]; /**< wire id of each tool of the scene, 0 .. 255, unique */
-    shcd_scene *scene;                /**< owned; knows names and counts */
+    shcd_tool_geometry *geometries[SHCD_TOOLS_MAX]; /**< owned; NULL: a point or sphere */
+    shcd_scene *scene;                              /**< owned; knows names and counts */
 } daemon_config;
 
 /** Reads a scene file (YAML, at most 1 MiB, docs/scene-file.md) and loads its models. On failure
  *  `config` is untouched and `error` holds one line, "FILE:LINE:COLUMN: KEY: what is wrong and what
  *  would be right"; without the place if the file cannot be read at all. Relative model paths start
- *  at the scene file's folder. Numbers are read the same in every locale. Prints nothing. */
+ *  at the scene file's folder. Numbers are read the same in every locale. Prints nothing, but for a
+ *  line on stderr where the accuracy of a body has to be measured first. */
 bool config_load(const char *path, daemon_config *config, char *error, size_t error_size);
 
 /** The scene used without an argument: an ellipsoid made from coefficients, one point tool (id 0)

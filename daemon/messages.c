@@ -120,6 +120,8 @@ static void accept(const shcdmsg_tool_pose_t *m, int64_t recv_ns, tool_track *tr
     } else {
         sample->velocity_m_per_s = velocity_update(&track->velocity, m->utime, position);
     }
+    sample->angular_velocity_rad_per_s =
+        velocity_turn(&track->turn, m->utime, sample->tool_in_world.orientation);
     sample->valid = true;
     sample->force_enable = (m->flags & SHCDMSG_TOOL_POSE_T_FORCE_ENABLE) != 0;
     atomic_fetch_add_explicit(&counters->ok, 1, memory_order_relaxed);

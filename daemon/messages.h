@@ -49,7 +49,8 @@ typedef struct tool_sample {
     int64_t recv_ns;
     shcd_pose tool_in_world; /* orientation normalised */
     shcd_vec3 velocity_m_per_s;
-    bool valid; /* false: no message yet */
+    shcd_vec3 angular_velocity_rad_per_s; /* estimated; zero without orientations */
+    bool valid;                           /* false: no message yet */
     bool force_enable;
 } tool_sample;
 
@@ -59,6 +60,7 @@ typedef struct tool_track {
     int64_t seq;
     int64_t recv_ns;
     velocity_filter velocity;
+    turn_filter turn;
 } tool_track;
 
 /** Decodes and checks a tool_pose_t, then updates the tool's track and the counters.

@@ -6,6 +6,8 @@
  * seconds. What is read lives in the tree's memory until the scene has copied it. */
 #define _POSIX_C_SOURCE 200809L
 #include "config.h"
+#include "scene_accuracy.h"
+#include "tool_shape.h"
 #include "yaml_reader.h"
 #include "yaml_value.h"
 
@@ -19,8 +21,7 @@
 #define POSITION_MAX_M 100.0
 #define SEMI_AXIS_MIN_M 1e-4
 #define SEMI_AXIS_MAX_M 10.0
-#define RADIUS_MIN_M 1e-5
-#define RADIUS_MAX_M 1.0
+#define EVALUATIONS_MAX 1000000
 /* three decimals, each off by half a unit of the last, change a length of 1 by up to this */
 #define QUATERNION_TOLERANCE 1e-3
 
@@ -30,6 +31,7 @@ typedef struct body_draft {
     const yaml_node *shape; /* the value of `model` or `ellipsoid` */
     const char *model_path; /* NULL: an ellipsoid */
     double semi_axes_m[3];
+    scene_accuracy accuracy;
 } body_draft;
 
 typedef struct scene_draft {
@@ -41,13 +43,15 @@ typedef struct scene_draft {
     shcd_body_def body_defs[SHCD_BODIES_MAX];
     shcd_tool_def tool_defs[SHCD_TOOLS_MAX];
     int32_t tool_ids[SHCD_TOOLS_MAX];
+    tool_shape shapes[SHCD_TOOLS_MAX];
+    double stiffest_n_per_m; /* of all bodies */
 } scene_draft;
 
 /* ---- effects --------------------------------------------------------------------------------- */
 
 /* What an output chain behind the scene would cut off is refused here instead: a surface that feels
  * softer than the file says teaches nothing. */
-static bool check_stiffness(const scene_draft *draft, const yaml_node *effect,
+static bool check_stiffness(scene_draft *draft, const yaml_node *effect,
                             const shcd_effect_info *info, const yaml_field *fields,
                             const shcd_effect_def *def) {
     for (size_t i = 0; strcmp(info->name, "stiffness") == 0 && i < info->n_parameters; i++) {
@@ -60,6 +64,7 @@ static bool check_stiffness(const scene_draft *draft, const yaml_node *effect,
                     ? def->parameters[given].value
                     : k;
         }
+        draft->stiffest_n_per_m = fmax(draft->stiffest_n_per_m, k);
         if (k > draft->device->stiffness_max_n_per_m) {
             const yaml_node *at = fields[i].node != NULL ? fields[i].node : effect;
             return yaml_fail(draft->tree, at,
@@ -70,8 +75,8 @@ static bool check_stiffness(const scene_draft *draft, const yaml_node *effect,
     return true;
 }
 
-static bool read_effect(const scene_draft *draft, const yaml_node *node,
-                        const shcd_effect_info *info, shcd_effect_def *def) {
+static bool read_effect(scene_draft *draft, const yaml_node *node, const shcd_effect_info *info,
+                        shcd_effect_def *def) {
     const size_t n = info->n_parameters;
     yaml_field *fields = yaml_allocate(draft->tree, (n + 1) * sizeof *fields);
     shcd_parameter_value *values = yaml_allocate(draft->tree, (n + 1) * sizeof *values);
@@ -102,7 +107,7 @@ static bool read_effect(const scene_draft *draft, const yaml_node *node,
     return check_stiffness(draft, node, info, fields, def);
 }
 
-static bool read_effects(const scene_draft *draft, const yaml_node *node, shcd_body_def *body) {
+static bool read_effects(scene_draft *draft, const yaml_node *node, shcd_body_def *body) {
     size_t n = 0;
     while (shcd_effect_at(n) != NULL) {
         n++;
@@ -201,12 +206,11 @@ static bool read_body(scene_draft *draft, const yaml_node *node, const yaml_node
     body_draft *body = &draft->bodies[i];
     shcd_body_def *def = &draft->body_defs[i];
     *def = blank;
-    enum { NAME, MODEL, ELLIPSOID, POSE, EFFECTS };
-    yaml_field fields[] = {[NAME] = {"name", "a name, like liver", NULL},
-                           [MODEL] = {"model", NULL, NULL},
-                           [ELLIPSOID] = {"ellipsoid", NULL, NULL},
-                           [POSE] = {"pose", NULL, NULL},
-                           [EFFECTS] = {"effects", NULL, NULL}};
+    enum { NAME, MODEL, ELLIPSOID, POSE, EFFECTS, ACCURACY };
+    yaml_field fields[] = {
+        [NAME] = {"name", "a name, like liver", NULL}, [MODEL] = {"model", NULL, NULL},
+        [ELLIPSOID] = {"ellipsoid", NULL, NULL},       [POSE] = {"pose", NULL, NULL},
+        [EFFECTS] = {"effects", NULL, NULL},           [ACCURACY] = {"accuracy", NULL, NULL}};
     if (!yaml_fields(draft->tree, node, "key", fields, COUNT(fields)) ||
         !yaml_text(draft->tree, fields[NAME].node, NAME_BYTES_MAX, &def->name) ||
         !check_new(draft->tree, fields[NAME].node, names, i, "the body name")) {
@@ -228,7 +232,9 @@ static bool read_body(scene_draft *draft, const yaml_node *node, const yaml_node
            (ellipsoid == NULL || read_ellipsoid(draft->tree, ellipsoid, body)) &&
            (fields[POSE].node == NULL ||
             read_pose(draft->tree, fields[POSE].node, &def->body_in_world)) &&
-           (fields[EFFECTS].node == NULL || read_effects(draft, fields[EFFECTS].node, def));
+           (fields[EFFECTS].node == NULL || read_effects(draft, fields[EFFECTS].node, def)) &&
+           (fields[ACCURACY].node == NULL ||
+            scene_accuracy_read(draft->tree, fields[ACCURACY].node, &body->accuracy));
 }
 
 static bool read_bodies(scene_draft *draft, const yaml_node *list) {
@@ -247,23 +253,18 @@ static bool read_bodies(scene_draft *draft, const yaml_node *list) {
 
 /* ---- tools ----------------------------------------------------------------------------------- */
 
-static bool read_shape(const yaml_tree *tree, const yaml_node *node, shcd_tool_def *tool) {
-    char excerpt[YAML_EXCERPT_SIZE];
-    if (node->kind == YAML_SCALAR && node->length > 0) {
-        tool->kind = SHCD_TOOL_POINT;
-        return yaml_equals(node, "point") ||
-               yaml_fail(tree, node, "unknown shape '%s'; known: point, {sphere: {radius_m: r}}",
-                         yaml_excerpt(node, excerpt));
+/* All points of a shell together feel k / contact_share: no more than the device renders. */
+static bool check_share(const scene_draft *draft, const tool_shape *shape) {
+    const double limit = draft->device->stiffness_max_n_per_m;
+    const double together = draft->stiffest_n_per_m / shape->contact_share;
+    if (shape->share_node == NULL || together <= limit) {
+        return true;
     }
-    if (node->kind != YAML_MAP || node->count == 0) {
-        return yaml_fail(tree, node, "holds no shape, must be point or {sphere: {radius_m: r}}");
-    }
-    yaml_field shapes[] = {{"sphere", NULL, NULL}};
-    yaml_field sphere[] = {{"radius_m", "a length, like 0.003", NULL}};
-    tool->kind = SHCD_TOOL_SPHERE;
-    return yaml_fields(tree, node, "shape", shapes, COUNT(shapes)) &&
-           yaml_fields(tree, shapes[0].node, "key", sphere, COUNT(sphere)) &&
-           yaml_number(tree, sphere[0].node, RADIUS_MIN_M, RADIUS_MAX_M, "m", &tool->radius_m);
+    return yaml_fail(draft->tree, shape->share_node,
+                     "with a stiffness of %.9g N/m all points together give %.9g N/m, more than "
+                     "device %s renders, must be at least %.9g",
+                     draft->stiffest_n_per_m, together, draft->device->name,
+                     draft->stiffest_n_per_m / limit);
 }
 
 static bool read_tool(scene_draft *draft, const yaml_node *node, const yaml_node **names,
@@ -272,11 +273,12 @@ static bool read_tool(scene_draft *draft, const yaml_node *node, const yaml_node
     const shcd_tool_def blank = SHCD_TOOL_DEF_INIT;
     shcd_tool_def *def = &draft->tool_defs[i];
     *def = blank;
-    enum { ID, NAME, SHAPE };
+    enum { ID, NAME, SHAPE, EVALUATIONS };
     yaml_field fields[] = {[ID] = {"id", "a whole number, 0 .. 255", NULL},
                            [NAME] = {"name", "a name, like probe", NULL},
-                           [SHAPE] = {"shape", "point or {sphere: {radius_m: r}}", NULL}};
-    unsigned id = 0;
+                           [SHAPE] = {"shape", TOOL_SHAPE_HINT, NULL},
+                           [EVALUATIONS] = {"evaluations_max", NULL, NULL}};
+    unsigned id = 0, evaluations_max = 0;
     if (!yaml_fields(draft->tree, node, "key", fields, COUNT(fields)) ||
         !yaml_integer(draft->tree, fields[ID].node, CONFIG_TOOL_ID_MAX, &id) ||
         !check_new(draft->tree, fields[ID].node, ids, i, "the tool id") ||
@@ -285,7 +287,13 @@ static bool read_tool(scene_draft *draft, const yaml_node *node, const yaml_node
         return false;
     }
     draft->tool_ids[i] = (int32_t)id;
-    return read_shape(draft->tree, fields[SHAPE].node, def);
+    if (fields[EVALUATIONS].node != NULL &&
+        !yaml_integer(draft->tree, fields[EVALUATIONS].node, EVALUATIONS_MAX, &evaluations_max)) {
+        return false;
+    }
+    def->evaluations_max = evaluations_max;
+    return tool_shape_read(draft->tree, fields[SHAPE].node, &draft->shapes[i]) &&
+           check_share(draft, &draft->shapes[i]);
 }
 
 static bool read_tools(scene_draft *draft, const yaml_node *list) {
@@ -345,27 +353,31 @@ static bool read_scene(scene_draft *draft) {
 
 /* ---- models and scene ------------------------------------------------------------------------ */
 
-/* A relative path starts at the scene file's folder, so that a folder of scenes can be moved. */
-static const char *resolve_path(yaml_tree *tree, const char *path) {
-    const char *slash = strrchr(tree->file, '/');
-    const size_t folder = path[0] != '/' && slash != NULL ? (size_t)(slash - tree->file) + 1 : 0;
-    const size_t length = strlen(path);
-    char *resolved = yaml_allocate(tree, folder + length + 1);
-    if (resolved != NULL) {
-        memcpy(resolved, tree->file, folder);
-        memcpy(resolved + folder, path, length + 1);
-    }
-    return resolved;
-}
-
 static shcd_model *find_loaded(const scene_draft *draft, const daemon_config *config, size_t i) {
     for (size_t k = 0; k < i; k++) {
         if (draft->bodies[k].model_path != NULL &&
             strcmp(draft->bodies[k].model_path, draft->bodies[i].model_path) == 0) {
-            return config->models[k];
+            return config->sources[k] != NULL ? config->sources[k] : config->models[k];
         }
     }
     return NULL;
+}
+
+/* The body is queried as its accuracy asks for, perhaps in a lower degree. */
+static bool apply_accuracy(scene_draft *draft, daemon_config *config, size_t i) {
+    shcd_body_def *def = &draft->body_defs[i];
+    scene_answer answer;
+    if (!scene_accuracy_resolve(draft->tree, &draft->bodies[i].accuracy, config->models[i],
+                                def->name, draft->n_tools, &answer)) {
+        return false;
+    }
+    def->accuracy = answer.accuracy;
+    config->maps[i] = answer.map;
+    if (answer.model != NULL) {
+        config->sources[i] = config->models[i];
+        config->models[i] = answer.model;
+    }
+    return true;
 }
 
 static bool make_model(scene_draft *draft, daemon_config *config, size_t i) {
@@ -375,7 +387,7 @@ static bool make_model(scene_draft *draft, daemon_config *config, size_t i) {
     if (body->model_path == NULL) {
         status = config_ellipsoid(body->semi_axes_m, &config->models[i], &problem);
     } else if ((config->models[i] = find_loaded(draft, config, i)) == NULL) {
-        const char *path = resolve_path(draft->tree, body->model_path);
+        const char *path = yaml_resolve_path(draft->tree, body->model_path);
         if (path == NULL) {
             return false;
         }
@@ -386,6 +398,9 @@ static bool make_model(scene_draft *draft, daemon_config *config, size_t i) {
                          problem.message);
     }
     config->n_models = i + 1;
+    if (body->accuracy.node != NULL && !apply_accuracy(draft, config, i)) {
+        return false;
+    }
     draft->body_defs[i].model = config->models[i];
     config->body_in_world[i] = draft->body_defs[i].body_in_world;
     return true;
@@ -399,6 +414,12 @@ static bool make_config(scene_draft *draft, daemon_config *config) {
     memcpy(config->tool_ids, draft->tool_ids, sizeof config->tool_ids);
     for (size_t i = 0; i < draft->n_bodies; i++) {
         if (!make_model(draft, config, i)) {
+            return false;
+        }
+    }
+    for (size_t i = 0; i < draft->n_tools; i++) {
+        if (!tool_shape_make(draft->tree, &draft->shapes[i], &draft->tool_defs[i],
+                             &config->geometries[i])) {
             return false;
         }
     }

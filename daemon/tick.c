@@ -146,6 +146,8 @@ static void take_sample(tick_core *core, size_t i, int64_t now_ns, tool_result *
     }
     in->velocity_m_per_s =
         level == WATCHDOG_FRESH ? s->velocity_m_per_s : shcd_vec3_make(0.0, 0.0, 0.0);
+    in->angular_velocity_rad_per_s =
+        level == WATCHDOG_FRESH ? s->angular_velocity_rad_per_s : shcd_vec3_make(0.0, 0.0, 0.0);
 }
 
 static safety_wish wish_for(const tick_core *core, size_t i, watchdog_level level, bool stop) {
@@ -159,7 +161,9 @@ static safety_wish wish_for(const tick_core *core, size_t i, watchdog_level leve
 static uint32_t model_flags(uint32_t flags) {
     uint32_t r = 0;
     r |= (flags & SHCD_TOOL_OUTPUT_CONTACT) != 0 ? TICK_CONTACT : 0u;
-    r |= (flags & SHCD_TOOL_OUTPUT_TRUNCATED) != 0 ? TICK_TRUNCATED : 0u;
+    /* a shell that met its cap is a query that met its cap */
+    r |= (flags & (SHCD_TOOL_OUTPUT_TRUNCATED | SHCD_TOOL_OUTPUT_DEGRADED)) != 0 ? TICK_TRUNCATED
+                                                                                 : 0u;
     r |= (flags & SHCD_TOOL_OUTPUT_SIGN_UNSURE) != 0 ? TICK_SIGN_UNSURE : 0u;
     r |= (flags & SHCD_TOOL_OUTPUT_BAD_INPUT) != 0 ? SAFETY_FAULT : 0u;
     return r;

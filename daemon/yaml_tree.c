@@ -74,6 +74,18 @@ static void make_printable(char *text) {
     }
 }
 
+const char *yaml_resolve_path(yaml_tree *tree, const char *path) {
+    const char *slash = strrchr(tree->file, '/');
+    const size_t folder = path[0] != '/' && slash != NULL ? (size_t)(slash - tree->file) + 1 : 0;
+    const size_t length = strlen(path);
+    char *resolved = yaml_allocate(tree, folder + length + 1);
+    if (resolved != NULL) {
+        memcpy(resolved, tree->file, folder);
+        memcpy(resolved + folder, path, length + 1);
+    }
+    return resolved;
+}
+
 const char *yaml_excerpt(const yaml_node *node, char buffer[static YAML_EXCERPT_SIZE]) {
     const size_t room = YAML_EXCERPT_SIZE - 4;
     size_t n = strlen(node->text);

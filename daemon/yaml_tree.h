@@ -47,6 +47,10 @@ void yaml_release(yaml_tree *tree);
  *  none. */
 void *yaml_allocate(yaml_tree *tree, size_t size);
 
+/** A path of the file, which starts at the file's folder unless it is absolute, so that a folder of
+ *  scenes can be moved; NULL (with a complaint written) if there is no memory. */
+const char *yaml_resolve_path(yaml_tree *tree, const char *path);
+
 #define YAML_EXCERPT_SIZE 48
 /** The start of a scalar's text, short enough to be quoted in a complaint. */
 const char *yaml_excerpt(const yaml_node *node, char buffer[static YAML_EXCERPT_SIZE]);

@@ -10,6 +10,7 @@ int command_query(int argc, char **argv);
 int command_surface(int argc, char **argv);
 int command_coefficients(int argc, char **argv);
 int command_create(int argc, char **argv);
+int command_cost(int argc, char **argv);
 
 /** One line for --version: whether this build can fit, and what that means. */
 extern const char command_fit_build[];

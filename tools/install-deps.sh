@@ -6,19 +6,21 @@ set -eu
 
 packages='
     build-essential cmake ninja-build
-    zlib1g-dev
+    zlib1g-dev libccd-dev
     libgsl-dev libfftw3-dev libsuitesparse-dev libassimp-dev
     liblcm-dev liblcm-bin libfyaml-dev
     default-jdk-headless liblcm-java
-    libcmocka-dev libccd-dev python3 python3-venv pkg-config
+    libcmocka-dev python3 python3-venv pkg-config
     doxygen groff-base
-    gnuplot-nox
+    gnuplot-nox valgrind
     iproute2 util-linux strace
 '
-# zlib: body files; GSL to Assimp: libshcd-fit; LCM, libfyaml: the daemon and its clients; JDK,
-# liblcm-java: the client in Java; cmocka, libccd (an oracle), Python, pkg-config: tests; doxygen,
-# groff: checks of the reference and the man pages; gnuplot: plots; iproute2, util-linux: private
-# network namespaces; strace: a proof about the loop thread. Without those for Java and for the checks, ctest lists tests as skipped.
+# zlib: body files; libccd: culling of tools, and an oracle of tests; GSL to Assimp: libshcd-fit;
+# LCM, libfyaml: the daemon and its clients; JDK, liblcm-java: the client in Java; cmocka, Python,
+# pkg-config: tests; doxygen, groff: checks of the reference and the man pages; gnuplot: plots;
+# valgrind: test.sh --sanitizers, instruction counts of the benchmark; iproute2, util-linux: private
+# network namespaces; strace: a proof about the loop thread. Without those for Java and for the
+# checks, ctest lists tests as skipped.
 
 if ! command -v dpkg-query >/dev/null; then
     echo "install-deps.sh: not a Debian system, nothing installed; needed is what Debian calls:"

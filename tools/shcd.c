@@ -19,6 +19,7 @@ static const command commands[] = {
     {"fit", command_fit},       {"info", command_info},
     {"query", command_query},   {"surface", command_surface},
     {"create", command_create}, {"coefficients", command_coefficients},
+    {"cost", command_cost},
 };
 
 static void print_version(void) {

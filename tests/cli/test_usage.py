@@ -5,7 +5,7 @@ import unittest
 
 from support import SHCD, CommandTest
 
-COMMANDS = ("fit", "info", "query", "surface", "coefficients", "create")
+COMMANDS = ("fit", "info", "query", "surface", "coefficients", "create", "cost")
 
 
 class Usage(CommandTest):

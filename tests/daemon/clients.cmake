@@ -2,11 +2,12 @@
 # The clients that a user copies, and the demo, against the real daemon on a fitted body. They run
 # alone, since they look at rates; a sanitizer slows the loop down, so there any rate will do.
 set(rate_min 500)
-if(CMAKE_C_FLAGS MATCHES "-fsanitize")
+if(SHCD_SANITIZED)
     set(rate_min 0)
 endif()
 set(client_environment
-    SHCD=$<TARGET_FILE:shcd_command> SHCDD=$<TARGET_FILE:shcdd> PRESS=$<TARGET_FILE:shcd_press>
+    SHCD=$<TARGET_FILE:shcd_command> SHCD_FITTER=${SHCD_FITTER}
+    SHCDD=$<TARGET_FILE:shcdd> PRESS=$<TARGET_FILE:shcd_press>
     PYTHON=${SHCD_PYTHON} SOURCE=${PROJECT_SOURCE_DIR} BUILD=${PROJECT_BINARY_DIR}
     JAVA=${Java_JAVA_EXECUTABLE} PRESS_JAR=${SHCD_PRESS_JAR} RATE_MIN=${rate_min}
     SHCD_MESHES_OPTIONAL=$<BOOL:${SHCD_MESHES_OPTIONAL}>)
@@ -37,3 +38,5 @@ else()
     shcd_add_client_test(clients_java ${organ} java junk)
 endif()
 shcd_add_client_test(demo test_demo.sh)
+# the same programs again, on another body and by another script
+set_property(TEST clients_liver demo APPEND PROPERTY LABELS plain)

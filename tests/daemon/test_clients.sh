@@ -6,8 +6,9 @@
 # moved and turned in this scene. Their tables are checked; the force on the held tool is compared
 # with stiffness x penetration, computed from `shcd query` at the tool's place in the frame of the
 # body (the Python client does this by itself, too). `junk` besides sends messages that are no forces
-# on the channel of forces. ctest sets SHCD, SHCDD, PRESS, PRESS_JAR, JAVA, PYTHON (programs), SOURCE
-# (root of the sources), RATE_MIN, SHCD_MESHES_OPTIONAL.
+# on the channel of forces. ctest sets SHCD, SHCD_FITTER (the `shcd` that fits, maybe of another
+# build), SHCDD, PRESS, PRESS_JAR, JAVA, PYTHON (programs), SOURCE (root of the sources), RATE_MIN,
+# SHCD_MESHES_OPTIONAL.
 set -eu
 
 k=300
@@ -64,7 +65,7 @@ fi
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 cd "$work"
-"$SHCD" fit "$mesh" --unit "$unit" -o body.shcd --quiet
+"$SHCD_FITTER" fit "$mesh" --unit "$unit" -o body.shcd --quiet
 check="$PYTHON $SOURCE/tests/daemon/press_check.py"
 $check path "$SHCD" body.shcd x- $pose >path_c.txt
 $check path "$SHCD" body.shcd y+ $pose >path_java.txt

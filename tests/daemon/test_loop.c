@@ -58,8 +58,12 @@ static int end(void **state) {
 static const shcd_quat no_turn = {1.0, 0.0, 0.0, 0.0};
 
 static tool_sample at(double x_m) {
-    const tool_sample r = {
-        next_seq, 1000 * next_seq, now_ns, {{x_m, 0.0, 0.0}, no_turn}, {0.0, 0.0, 0.0}, true, true};
+    const tool_sample r = {.seq = next_seq,
+                           .utime = 1000 * next_seq,
+                           .recv_ns = now_ns,
+                           .tool_in_world = {{x_m, 0.0, 0.0}, no_turn},
+                           .valid = true,
+                           .force_enable = true};
     next_seq++;
     return r;
 }
@@ -91,8 +95,8 @@ static const tool_result *hold(double x_m, int n) {
 static shcd_tool_output model_answer(double x_m) {
     _Alignas(64) static unsigned char memory[1 << 20];
     shcd_tool_input in[2] = {
-        {{{x_m, 0.0, 0.0}, no_turn}, {0.0, 0.0, 0.0}, SHCD_TOOL_INPUT_ACTIVE, 0},
-        {{{0.0, 0.0, 0.0}, no_turn}, {0.0, 0.0, 0.0}, 0, 0}};
+        {.tool_in_world = {{x_m, 0.0, 0.0}, no_turn}, .flags = SHCD_TOOL_INPUT_ACTIVE},
+        {.tool_in_world = {{0.0, 0.0, 0.0}, no_turn}}};
     shcd_tool_output out[2];
     shcd_state *own = NULL;
     const shcd_input input = {0.001, in, 2};

@@ -133,6 +133,53 @@ static void test_built_in_is_what_the_document_says(void **state) {
     config_free(NULL);
 }
 
+/* Every shape presses the top of the ellipsoid, 400 N/m, with its lowest point 1 mm deep: 0.4 N,
+ * off by the tolerance of a convex tool's query, 1e-6 of the diagonal, 0.22 m. The blade is a
+ * shell, of which only the lowest points touch. */
+static void test_load_tools_scene_gives_every_shape(void **state) {
+    const double lowest_m[6] = {0.0, 0.005, 0.023, 0.003, 0.01, 0.002};
+    static const char *const names[6] = {"needle", "ball", "probe", "box", "wedge", "blade"};
+    daemon_config config = {0};
+    char error[CONFIG_ERROR_SIZE] = "";
+    (void)state;
+    if (!config_load(SCENES "/tools.yaml", &config, error, sizeof error)) {
+        fail_msg("%s", error);
+    }
+    assert_int_equal(shcd_scene_tool_count(config.scene), 6);
+    for (size_t i = 0; i < 6; i++) {
+        const shcd_vec3 force = press(&config, i, shcd_vec3_make(0, 0, 0.05 + lowest_m[i] - 0.001));
+        assert_string_equal(shcd_scene_tool_name(config.scene, i), names[i]);
+        if (i < 5) {
+            assert_near(force.z, 0.4, 400.0 * 0.22e-6);
+        } else {
+            assert_true(force.z > 0.01 && force.z < 0.4);
+        }
+    }
+    config_free(&config);
+}
+
+/* A hull from an OBJ and a shell from blanks and without normals. */
+static void test_load_point_files_in_other_forms(void **state) {
+    static const char obj[] = "# a tetrahedron\no tip\nv 0.01 0 0.01 1.0\nv -0.01 0.01 0.01\r\n"
+                              "v -0.01 -0.01 0.01\nv 0 0 0\nvn 0 0 1\nf 1 2 3\n";
+    static const char xyz[] = "\n  0 0 -1e-3\n\t0.01 , 0\t0\n#\n-0.01 0 0";
+    (void)state;
+    scene_write("tip.obj", obj, sizeof obj - 1);
+    scene_write("three.xyz", xyz, sizeof xyz - 1);
+    daemon_config config =
+        scene_load_good("bodies:\n- name: ball\n  ellipsoid: {semi_axes_m: [0.1, 0.1, 0.1]}\n"
+                        "  effects: {stiffness: {k_n_per_m: 300}}\n"
+                        "tools:\n"
+                        "- {id: 0, name: tip, shape: {hull: {file: tip.obj, radius_m: 0.001}}}\n"
+                        "- {id: 1, name: three, shape: {shell: {file: three.xyz}}}\n");
+    scene_remove("tip.obj");
+    scene_remove("three.xyz");
+    assert_near(press(&config, 0, shcd_vec3_make(0, 0, 0.1)).z, 0.3, 300.0 * 0.35e-6);
+    /* one of three points is inside, by 1 mm */
+    assert_near(press(&config, 1, shcd_vec3_make(0, 0, 0.1)).z, 0.1, 300.0 * 0.35e-9);
+    config_free(&config);
+}
+
 /* ---- values and defaults --------------------------------------------------------------------- */
 
 static void test_load_left_out_keys_take_defaults(void **state) {
@@ -385,6 +432,8 @@ int main(void) {
         cmocka_unit_test(test_load_ellipsoid_scene_gives_its_values),
         cmocka_unit_test(test_load_organ_scene_finds_the_model_beside_it),
         cmocka_unit_test(test_built_in_is_what_the_document_says),
+        cmocka_unit_test(test_load_tools_scene_gives_every_shape),
+        cmocka_unit_test(test_load_point_files_in_other_forms),
         cmocka_unit_test(test_load_left_out_keys_take_defaults),
         cmocka_unit_test(test_load_scene_without_bodies_is_good),
         cmocka_unit_test(test_load_every_key_arrives),

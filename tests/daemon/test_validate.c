@@ -279,6 +279,31 @@ static void test_velocity_odd_times_are_harmless(void **state) {
     assert_true(velocity_update(&f, 51000, zero).x == 1e-3);
 }
 
+/* Turning at a constant rate about a fixed axis of the world, through more than a full turn, where
+ * the quaternion changes its sign: the same geometric approach as in a straight line. */
+static void test_velocity_constant_turn_converges_geometrically(void **state) {
+    const shcd_vec3 axis = {2.0 / 3.0, -1.0 / 3.0, 2.0 / 3.0};
+    turn_filter f = {0};
+    (void)state;
+    for (int n = 0; n <= 100; n++) {
+        const double half_angle = 0.5 * 0.2 * n + 0.3; /* 0.2 rad a ms: 200 rad/s */
+        const double s = (n % 2 == 0 ? 1.0 : -1.0);    /* q and -q are the same turn */
+        const shcd_quat q = {s * cos(half_angle), s * sin(half_angle) * axis.x,
+                             s * sin(half_angle) * axis.y, s * sin(half_angle) * axis.z};
+        const shcd_vec3 v = velocity_turn(&f, 1000 * n, q);
+        const double expected = 200.0 * (1.0 - pow(5.0 / 6.0, n));
+        /* products of components to an ulp of 1, divided by sin 0.1 and by 1 ms, summed by the
+         * filter to six times that at most */
+        assert_near(v.x, expected * axis.x, 1e-10);
+        assert_near(v.y, expected * axis.y, 1e-10);
+        assert_near(v.z, expected * axis.z, 1e-10);
+    }
+    /* a gap says nothing about now */
+    const shcd_quat q = {1.0, 0.0, 0.0, 0.0};
+    const shcd_vec3 v = velocity_turn(&f, 100000 + VELOCITY_DT_MAX_US + 1, q);
+    assert_true(v.x == 0.0 && v.y == 0.0 && v.z == 0.0);
+}
+
 static void test_command_size_and_type_are_checked(void **state) {
     (void)state;
     unsigned char bytes[1024] = {0};
@@ -370,6 +395,7 @@ int main(void) {
         TEST(test_pose_random_bytes_of_the_right_size_do_no_harm),
         TEST(test_velocity_constant_speed_converges_geometrically),
         TEST(test_velocity_odd_times_are_harmless),
+        TEST(test_velocity_constant_turn_converges_geometrically),
         TEST(test_command_size_and_type_are_checked),
         TEST(test_receiver_passes_good_messages_and_counts_bad_ones),
         TEST(test_transport_unusable_url_gives_one_line),
