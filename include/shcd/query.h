@@ -73,7 +73,11 @@ typedef struct shcd_query_options {
  *  Minimises |S(w) - p| over the unit sphere. exact: branch and bound over the patches of the
  *  model's tree (lower bound: distance to the flat leaf triangle minus its certified deviation;
  *  below the leaves a second-order Taylor bound about the patch centre), full Newton with clamped
- *  eigenvalues for the upper bound. The bounds are derived in libshcd/query/closest.c.
+ *  eigenvalues for the upper bound. The bounds are derived in libshcd/query/refine.c.
+ *
+ *  Newton's method stops where the interval meets the tolerance, and one more step is taken along
+ *  the surface's Taylor expansion: the distance is right within the interval, the closest point and
+ *  its normal to the second order of that last step only. A smaller tolerance makes them better.
  *
  *  @param[in]  point    p, body frame [m], finite
  *  @param[in]  options  NULL: the defaults
