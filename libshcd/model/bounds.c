@@ -2,7 +2,7 @@
 /* How large derivatives along great circles can get, between samples too.
  *
  * Let T_k(w, a) = (a . D)^k S at w be the k-th derivative of S along the great circle through w
- * with axis a (generators.c), M_k = sup |T_k| over all w and all unit a orthogonal to w. Take a
+ * with axis a (great_circles.c), M_k = sup |T_k| over all w and all unit a orthogonal to w. Take a
  * point w' and an axis a', and a node w within angle s of w'. Rotate both along the great circle
  * from w to w': with R(t) that rotation, F(t) = T_k(R(t) w, R(t) a) is the k-th derivative at a
  * *fixed* place of the series S o R(t), whose coefficients are trigonometric polynomials of degree
@@ -15,8 +15,11 @@
  * pi/2.
  *
  * (Second line: at the point where M_k is attained the same inequality gives F(s) >= M_k cos(L s).)
- * At a node T_k(w, .) is a vector-valued trigonometric polynomial of degree k in the angle of a, so
- * its supremum is at most the maximum over n equal steps of pi, divided by cos(k pi/(2 n)).
+ * At a node m_1 is a singular value, and T_k(w, .) a vector-valued trigonometric polynomial of
+ * degree k in the angle of a, so m_k is at most the maximum over n equal steps of pi, divided by
+ * cos(k pi/(2 n)). Its square has few coefficients, of even degrees only; since it is nowhere
+ * negative and its maximum over the steps no less than its mean, at least half the sum of the
+ * squared columns, summing it up errs by no more than some roundings of the maximum.
  *
  * The product T_1.T_2 = S'.S'', half the slope of |S'|^2, is a trigonometric polynomial of degree 2
  * L in t and obeys the same with 2 L; in the angle of a it is of degree 3.
@@ -30,23 +33,21 @@
  */
 #include "model/bounds.h"
 
-#include "base/harmonics.h"
-#include "model/generators.h"
+#include "model/great_circles.h"
 
 #include <string.h>
 
 #define PI 3.14159265358979324
 #define AXES 16
-/* columns: 3 first, 6 second, 10 third derivatives, each with three coordinates */
-#define FIRST 0
-#define SECOND 9
-#define THIRD 27
-#define COLUMNS 57
+#define LANES SHCDI_CIRCLE_LANES
+/* Neighbours on a ring whose common extremes are kept, too; divides its number of nodes. */
+#define GROUP 4
 /* of a node: the suprema, and the infimum of the first order */
 #define SAMPLES (SHCDI_SUPREMA + 1)
 #define PRODUCT 3
 #define LEAST SHCDI_SUPREMA
 /* Outward rounding: evaluation and sums here err below 1e-11 relative to M_k up to degree 150. */
+#define ROUNDING 1e-11
 #define OUTWARD (1.0 + 1e-9)
 
 double shcdi_grid_covering(size_t n_theta) {
@@ -63,183 +64,189 @@ static size_t grid_size(int degree) {
     return wanted < 24.0 ? 24 : wanted > limit ? (size_t)limit : (size_t)wanted;
 }
 
-/* ---- the series of all derivatives ---- */
+/* ---- nodes ---- */
 
-typedef struct series_set {
-    int degree;
-    size_t count;
-    double *column[COLUMNS]; /* count values each */
-} series_set;
+typedef double lanes[LANES];
 
-/* out += D_axis in, or out = */
-static void apply(const series_set *s, int axis, const double *in, double *out, double *work,
-                  int add) {
-    double *image = work + 4 * s->count;
-    shcdi_generator(s->degree, axis, in, image, work);
-    for (size_t i = 0; i < s->count; i++) {
-        out[i] = (add ? out[i] : 0.0) + image[i];
+static double dot(shcdi_circle_values v, int a, int b, int i) {
+    return v[a][i] * v[b][i] + v[a + 1][i] * v[b + 1][i] + v[a + 2][i] * v[b + 2][i];
+}
+
+/* Largest and smallest |U cos(alpha) + V sin(alpha)|: the singular values of (U, V). The smaller is
+ * their product over the larger: without the cancellation of a difference. */
+static void first_order(shcdi_circle_values v, lanes largest, lanes least) {
+    const int u0 = SHCDI_CIRCLE_U, v0 = SHCDI_CIRCLE_V;
+    for (int i = 0; i < LANES; i++) {
+        const double uu = dot(v, u0, u0, i), vv = dot(v, v0, v0, i), uv = dot(v, u0, v0, i);
+        const double half = 0.5 * (uu - vv);
+        const double larger = sqrt(0.5 * (uu + vv) + sqrt(half * half + uv * uv));
+        const double x = v[u0 + 1][i] * v[v0 + 2][i] - v[u0 + 2][i] * v[v0 + 1][i];
+        const double y = v[u0 + 2][i] * v[v0][i] - v[u0][i] * v[v0 + 2][i];
+        const double z = v[u0][i] * v[v0 + 1][i] - v[u0 + 1][i] * v[v0][i];
+        largest[i] = larger;
+        least[i] = sqrt(x * x + y * y + z * z) / shcdi_max(larger, 1e-300);
     }
 }
 
-static const int PAIR[6][2] = {{0, 0}, {0, 1}, {0, 2}, {1, 1}, {1, 2}, {2, 2}};
-static const int TRIPLE[10][3] = {{0, 0, 0}, {0, 0, 1}, {0, 0, 2}, {0, 1, 1}, {0, 1, 2},
-                                  {0, 2, 2}, {1, 1, 1}, {1, 1, 2}, {1, 2, 2}, {2, 2, 2}};
+/* Of a trigonometric polynomial: the mean, then cosine and sine coefficients by turns. */
+#define TERMS 7
 
-static int pair_index(int i, int j) {
-    const int lo = i < j ? i : j, hi = i < j ? j : i;
-    return lo == 0 ? hi : lo + hi + 1;
+/* |S''|^2 in terms of beta = 2 alpha. */
+static void second_order(shcdi_circle_values v, lanes f[TERMS]) {
+    const int x = SHCDI_CIRCLE_X, y = SHCDI_CIRCLE_Y, z = SHCDI_CIRCLE_Z;
+    for (int i = 0; i < LANES; i++) {
+        const double xx = dot(v, x, x, i), yy = dot(v, y, y, i);
+        f[0][i] = dot(v, z, z, i) + 0.5 * (xx + yy);
+        f[1][i] = 2.0 * dot(v, z, x, i);
+        f[2][i] = 2.0 * dot(v, z, y, i);
+        f[3][i] = 0.5 * (xx - yy);
+        f[4][i] = dot(v, x, y, i);
+        f[5][i] = f[6][i] = 0.0;
+    }
 }
 
-/* Symmetrised products: SECOND + pair (i, j) holds the sum over distinct orders of D_i D_j, so that
- * (a . D)^2 = sum over pairs of a_i a_j times it; likewise for triples, built from
- * sym(i, j, k) = sum over distinct choices of the first factor of D_first sym(the other two). */
-static void fill_series(series_set *s, const double *coefficients, double *work) {
-    double *f = work + 5 * s->count;
-    for (int c = 0; c < 3; c++) {
-        for (size_t i = 0; i < s->count; i++) {
-            f[i] = coefficients[3 * i + (size_t)c];
+/* |S'''|^2 in terms of beta = 2 alpha. */
+static void third_order(shcdi_circle_values v, lanes f[TERMS]) {
+    const int p = SHCDI_CIRCLE_P, q = SHCDI_CIRCLE_Q, c = SHCDI_CIRCLE_C, d = SHCDI_CIRCLE_D;
+    for (int i = 0; i < LANES; i++) {
+        const double pp = dot(v, p, p, i), qq = dot(v, q, q, i);
+        const double cc = dot(v, c, c, i), dd = dot(v, d, d, i);
+        const double pc = dot(v, p, c, i), pd = dot(v, p, d, i);
+        const double qc = dot(v, q, c, i), qd = dot(v, q, d, i);
+        f[0][i] = 0.5 * (pp + qq + cc + dd);
+        f[1][i] = 0.5 * (pp - qq) + pc + qd;
+        f[2][i] = dot(v, p, q, i) + pd - qc;
+        f[3][i] = pc - qd;
+        f[4][i] = pd + qc;
+        f[5][i] = 0.5 * (cc - dd);
+        f[6][i] = dot(v, c, d, i);
+    }
+}
+
+/* S'.S'': coefficients of cos and sin of alpha, then of 3 alpha. */
+static void product(shcdi_circle_values v, lanes f[4]) {
+    const int p = SHCDI_CIRCLE_U, q = SHCDI_CIRCLE_V;
+    const int x = SHCDI_CIRCLE_X, y = SHCDI_CIRCLE_Y, z = SHCDI_CIRCLE_Z;
+    for (int i = 0; i < LANES; i++) {
+        const double px = dot(v, p, x, i), py = dot(v, p, y, i);
+        const double qx = dot(v, q, x, i), qy = dot(v, q, y, i);
+        f[0][i] = dot(v, p, z, i) + 0.5 * (px + qy);
+        f[1][i] = dot(v, q, z, i) + 0.5 * (py - qx);
+        f[2][i] = 0.5 * (px - qy);
+        f[3][i] = 0.5 * (py + qx);
+    }
+}
+
+/* cos(n pi/AXES) over two periods: the sine is three quarters of one ahead. */
+typedef struct axis_table {
+    double cosine[4 * AXES];
+} axis_table;
+
+static double cosine_of(const axis_table *t, int n) {
+    return t->cosine[n % (2 * AXES)];
+}
+
+static double sine_of(const axis_table *t, int n) {
+    return t->cosine[n % (2 * AXES) + 3 * AXES / 2];
+}
+
+/* Root of the maximum over the axes; beta and its mirror images in both axes go together. */
+static void largest_root(const axis_table *t, lanes f[TERMS], lanes largest) {
+    lanes square = {0.0};
+    for (int n = 0; n <= AXES / 4; n++) {
+        const double c1 = cosine_of(t, 2 * n), c2 = cosine_of(t, 4 * n), c3 = cosine_of(t, 6 * n);
+        const double s1 = sine_of(t, 2 * n), s2 = sine_of(t, 4 * n), s3 = sine_of(t, 6 * n);
+        for (int i = 0; i < LANES; i++) {
+            const double mean = f[0][i] + f[3][i] * c2, cosines = f[1][i] * c1 + f[5][i] * c3;
+            const double sines = f[2][i] * s1 + f[6][i] * s3, twice = f[4][i] * s2;
+            const double right = mean + cosines + fabs(sines + twice);
+            const double left = mean - cosines + fabs(sines - twice);
+            square[i] = shcdi_max(square[i], shcdi_max(right, left));
         }
-        for (int a = 0; a < 3; a++) {
-            apply(s, a, f, s->column[FIRST + 3 * a + c], work, 0);
-        }
-        for (int p = 0; p < 6; p++) {
-            const int i = PAIR[p][0], j = PAIR[p][1];
-            double *out = s->column[SECOND + 3 * p + c];
-            apply(s, i, s->column[FIRST + 3 * j + c], out, work, 0);
-            if (i != j) {
-                apply(s, j, s->column[FIRST + 3 * i + c], out, work, 1);
-            }
-        }
-        for (int t = 0; t < 10; t++) {
-            double *out = s->column[THIRD + 3 * t + c];
-            int add = 0;
-            for (int n = 0; n < 3; n++) {
-                if (n > 0 && TRIPLE[t][n] == TRIPLE[t][n - 1]) {
-                    continue;
-                }
-                const int rest = pair_index(TRIPLE[t][(n + 1) % 3], TRIPLE[t][(n + 2) % 3]);
-                apply(s, TRIPLE[t][n], s->column[SECOND + 3 * rest + c], out, work, add);
-                add = 1;
-            }
+    }
+    for (int i = 0; i < LANES; i++) {
+        largest[i] = sqrt(square[i]);
+    }
+}
+
+/* Maximum over the axes of the size; alpha and pi - alpha go together. */
+static void largest_size(const axis_table *t, lanes f[4], lanes largest) {
+    memset(largest, 0, sizeof(lanes));
+    for (int n = 0; n <= AXES / 2; n++) {
+        const double c1 = cosine_of(t, n), s1 = sine_of(t, n);
+        const double c3 = cosine_of(t, 3 * n), s3 = sine_of(t, 3 * n);
+        for (int i = 0; i < LANES; i++) {
+            const double size =
+                fabs(f[0][i] * c1 + f[2][i] * c3) + fabs(f[1][i] * s1 + f[3][i] * s3);
+            largest[i] = shcdi_max(largest[i], size);
         }
     }
 }
 
-/* ---- synthesis ring by ring ---- */
-
-/* Sums over l for one ring: fourier[(2 m) COLUMNS + c] with cos(m phi), [(2 m + 1) ..] with sin. */
-static void ring_fourier(const series_set *s, double theta, double *fourier) {
-    const double z = cos(theta), sine = sin(theta);
-    double q_mm = 0.28209479177387814;
-    for (int m = 0; m <= s->degree; m++) {
-        double *a = fourier + (size_t)(2 * m) * COLUMNS;
-        double *b = a + COLUMNS;
-        memset(a, 0, 2 * COLUMNS * sizeof *a);
-        if (m > 0) {
-            q_mm *= sine * shcdi_recurrence_diagonal(m);
-        }
-        double q = q_mm, q1 = 0.0;
-        for (int l = m; l <= s->degree; l++) {
-            if (l > m) {
-                const double next =
-                    shcdi_recurrence_a(l, m) * (z * q - shcdi_recurrence_b(l, m) * q1);
-                q1 = q;
-                q = next;
-            }
-            const size_t i = SHCD_INDEX(l, m), k = SHCD_INDEX(l, -m);
-            for (int c = 0; c < COLUMNS; c++) {
-                a[c] += q * s->column[c][i];
-                b[c] += m > 0 ? q * s->column[c][k] : 0.0;
-            }
+/* Suprema over the axes of the three orders and the product; then the infimum of the first. */
+static void node_suprema(const axis_table *t, shcdi_circle_values v, lanes sup[SAMPLES]) {
+    lanes f[TERMS];
+    first_order(v, sup[0], sup[LEAST]);
+    second_order(v, f);
+    largest_root(t, f, sup[1]);
+    third_order(v, f);
+    largest_root(t, f, sup[2]);
+    product(v, f);
+    largest_size(t, f, sup[PRODUCT]);
+    static const int order[SHCDI_SUPREMA] = {0, 2, 3, 3};
+    for (int k = 0; k < SHCDI_SUPREMA; k++) {
+        const double factor = OUTWARD / cos(order[k] * PI / (2.0 * AXES));
+        for (int i = 0; i < LANES; i++) {
+            sup[k][i] *= factor;
         }
     }
 }
 
-static double norm3(const double v[3]) {
-    return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
-}
-
-/* Smallest singular value of the map a -> S' for axes a in the plane of t1 and t2. */
-static double node_least(shcd_vec3 t1, shcd_vec3 t2, const double value[COLUMNS]) {
-    const double *v = value + FIRST;
-    const shcd_vec3 d1 = {t1.x * v[0] + t1.y * v[3] + t1.z * v[6],
-                          t1.x * v[1] + t1.y * v[4] + t1.z * v[7],
-                          t1.x * v[2] + t1.y * v[5] + t1.z * v[8]};
-    const shcd_vec3 d2 = {t2.x * v[0] + t2.y * v[3] + t2.z * v[6],
-                          t2.x * v[1] + t2.y * v[4] + t2.z * v[7],
-                          t2.x * v[2] + t2.y * v[5] + t2.z * v[8]};
-    const double mean = 0.5 * (shcd_dot(d1, d1) + shcd_dot(d2, d2));
-    const double half = 0.5 * (shcd_dot(d1, d1) - shcd_dot(d2, d2)), mixed = shcd_dot(d1, d2);
-    /* the product of the singular values over the larger: without the cancellation of a difference
-     */
-    const double larger = sqrt(mean + sqrt(half * half + mixed * mixed));
-    return larger > 0.0 ? shcd_norm(shcd_cross(d1, d2)) / larger : 0.0;
-}
-
-/* Suprema over the axes orthogonal to w of the three orders, from the values of all columns there;
- * then the infimum of the first. */
-static void node_suprema(shcd_vec3 w, const double value[COLUMNS], double sup[SAMPLES]) {
-    shcd_vec3 t1, t2;
-    shcdi_tangent_frame(w, &t1, &t2);
-    sup[LEAST] = node_least(t1, t2, value) / OUTWARD;
-    sup[0] = sup[1] = sup[2] = sup[PRODUCT] = 0.0;
-    for (int n = 0; n < AXES; n++) {
-        const double c = cos(PI * n / AXES), s = sin(PI * n / AXES);
-        const double a[3] = {c * t1.x + s * t2.x, c * t1.y + s * t2.y, c * t1.z + s * t2.z};
-        double d[3][3] = {{0}};
-        for (int i = 0; i < 3; i++) {
-            for (int k = 0; k < 3; k++) {
-                d[0][k] += a[i] * value[FIRST + 3 * i + k];
-            }
-        }
-        for (int p = 0; p < 6; p++) {
-            const double weight = a[PAIR[p][0]] * a[PAIR[p][1]];
-            for (int k = 0; k < 3; k++) {
-                d[1][k] += weight * value[SECOND + 3 * p + k];
-            }
-        }
-        for (int t = 0; t < 10; t++) {
-            const double weight = a[TRIPLE[t][0]] * a[TRIPLE[t][1]] * a[TRIPLE[t][2]];
-            for (int k = 0; k < 3; k++) {
-                d[2][k] += weight * value[THIRD + 3 * t + k];
-            }
-        }
-        for (int k = 0; k < 3; k++) {
-            sup[k] = shcdi_max(sup[k], norm3(d[k]));
-        }
-        const double product = d[0][0] * d[1][0] + d[0][1] * d[1][1] + d[0][2] * d[1][2];
-        sup[PRODUCT] = shcdi_max(sup[PRODUCT], fabs(product));
+static void include(const float sample[SAMPLES], float extreme[SAMPLES]) {
+    for (int c = 0; c < SHCDI_SUPREMA; c++) {
+        extreme[c] = sample[c] > extreme[c] ? sample[c] : extreme[c];
     }
-    for (int k = 0; k < 3; k++) {
-        sup[k] *= OUTWARD / cos((k + 1) * PI / (2.0 * AXES));
-    }
-    sup[PRODUCT] *= OUTWARD / cos(3.0 * PI / (2.0 * AXES));
+    extreme[LEAST] = sample[LEAST] < extreme[LEAST] ? sample[LEAST] : extreme[LEAST];
 }
 
-static void sample_ring(shcdi_bounds *b, size_t j, const double *fourier, const double *cosine) {
-    const double theta = ((double)j + 0.5) * PI / (double)b->n_theta;
+/* Node of the ring that image `n` of the quarter's k-th is: k, half - k, half + k, -k. */
+static size_t image_of(const shcdi_bounds *b, int n, size_t k) {
+    const size_t half = b->n_phi / 2;
+    const size_t at = n == 0 ? k : n == 1 ? half - k : n == 2 ? half + k : b->n_phi - k;
+    return at % b->n_phi;
+}
+
+/* Keeps a lane of suprema as the k-th node of a ring. */
+static void keep_node(shcdi_bounds *b, size_t j, size_t k, lanes sup[SAMPLES], size_t lane) {
+    float *sample = b->sample + SAMPLES * (j * b->n_phi + k);
+    for (int c = 0; c < SHCDI_SUPREMA; c++) {
+        sample[c] = (float)(sup[c][lane] * (1.0 + 0x1p-23));
+        b->sup[c] = shcdi_max(b->sup[c], sup[c][lane]);
+    }
+    sample[LEAST] = (float)(sup[LEAST][lane] * (1.0 - 0x1p-23));
+}
+
+static void sample_ring(shcdi_bounds *b, size_t j, const axis_table *t,
+                        const shcdi_great_circles *circles) {
+    shcdi_circle_values image[SHCDI_CIRCLE_IMAGES];
+    lanes sup[SAMPLES];
+    for (size_t block = 0; block < circles->n_blocks; block++) {
+        shcdi_great_circles_block(circles, block, image);
+        for (int n = 0; n < SHCDI_CIRCLE_IMAGES; n++) {
+            node_suprema(t, image[n], sup);
+            for (size_t i = 0; i < LANES && block * LANES + i <= b->n_phi / 4; i++) {
+                keep_node(b, j, image_of(b, n, block * LANES + i), sup, i);
+            }
+        }
+    }
     for (size_t k = 0; k < b->n_phi; k++) {
-        double value[COLUMNS] = {0.0};
-        for (int m = 0; m <= b->degree; m++) {
-            /* sin(x) = cos(x - pi/2); n_phi is a multiple of 4 */
-            const size_t at = ((size_t)m * k) % b->n_phi;
-            const double c = cosine[at];
-            const double s = cosine[(at + 3 * (b->n_phi / 4)) % b->n_phi];
-            const double *f = fourier + (size_t)(2 * m) * COLUMNS;
-            for (int n = 0; n < COLUMNS; n++) {
-                value[n] += c * f[n] + s * f[n + COLUMNS];
-            }
+        float *group = b->group + SAMPLES * ((j * b->n_phi + k) / GROUP);
+        const float *sample = b->sample + SAMPLES * (j * b->n_phi + k);
+        if (k % GROUP == 0) {
+            memcpy(group, sample, SAMPLES * sizeof *group);
+        } else {
+            include(sample, group);
         }
-        const double phi = 2.0 * PI * (double)k / (double)b->n_phi;
-        const shcd_vec3 w = {sin(theta) * cos(phi), sin(theta) * sin(phi), cos(theta)};
-        double sup[SAMPLES];
-        node_suprema(w, value, sup);
-        float *sample = b->sample + SAMPLES * (j * b->n_phi + k);
-        for (int n = 0; n < SHCDI_SUPREMA; n++) {
-            sample[n] = (float)(sup[n] * (1.0 + 0x1p-23));
-            b->sup[n] = shcdi_max(b->sup[n], sup[n]);
-        }
-        sample[LEAST] = (float)(sup[LEAST] * (1.0 - 0x1p-23));
     }
 }
 
@@ -248,63 +255,73 @@ static double rate(int degree, int k) {
     return k == PRODUCT ? 2.0 * degree : degree;
 }
 
+static void sample_all(shcdi_bounds *b, shcdi_great_circles *circles) {
+    axis_table t;
+    for (int n = 0; n < 4 * AXES; n++) {
+        t.cosine[n] = cos(n * PI / AXES);
+    }
+    for (size_t j = 0; j < b->n_theta; j++) {
+        const double theta = ((double)j + 0.5) * PI / (double)b->n_theta;
+        b->ring[2 * j] = cos(theta);
+        b->ring[2 * j + 1] = sin(theta);
+        shcdi_great_circles_ring(circles, theta);
+        sample_ring(b, j, &t, circles);
+    }
+    for (int k = 0; k < SHCDI_SUPREMA; k++) {
+        const double wave = rate(b->degree, k) * b->covering;
+        b->sup[k] = wave < 1.5 ? b->sup[k] * OUTWARD / cos(wave) : HUGE_VAL;
+    }
+    b->sup[PRODUCT] = shcdi_min(b->sup[PRODUCT], b->sup[0] * b->sup[1]);
+}
+
 shcd_status shcdi_bounds_create(int degree, const double *coefficients,
                                 const shcd_allocator *allocator, shcdi_bounds *bounds) {
-    const size_t count = SHCD_COUNT(degree);
     shcdi_bounds b = {.degree = degree, .n_theta = (grid_size(degree) + 1) & ~(size_t)1};
     b.n_phi = 2 * b.n_theta;
     b.covering = shcdi_grid_covering(b.n_theta);
-    const size_t fourier_size = 2 * ((size_t)degree + 1) * COLUMNS;
-    const size_t doubles = (COLUMNS + 6) * count + fourier_size + b.n_phi;
+    const size_t doubles = shcdi_great_circles_size(degree, b.n_phi);
     double *work = allocator->allocate(doubles * sizeof *work, allocator->user);
+    const size_t n_nodes = b.n_theta * b.n_phi, n_groups = n_nodes / GROUP;
+    b.ring = allocator->allocate(2 * b.n_theta * sizeof *b.ring, allocator->user);
     b.sample =
-        allocator->allocate(SAMPLES * b.n_theta * b.n_phi * sizeof *b.sample, allocator->user);
-    if (work == NULL || b.sample == NULL) {
-        if (work != NULL) {
-            allocator->release(work, allocator->user);
-        }
+        allocator->allocate(SAMPLES * (n_nodes + n_groups) * sizeof *b.sample, allocator->user);
+    shcd_status status = SHCD_ERR_MEMORY;
+    if (work != NULL && b.ring != NULL && b.sample != NULL) {
+        b.group = b.sample + SAMPLES * n_nodes;
+        shcdi_great_circles circles;
+        shcdi_great_circles_init(&circles, degree, coefficients, b.n_phi, work);
+        sample_all(&b, &circles);
+        status = SHCD_OK;
+    }
+    if (work != NULL) {
+        allocator->release(work, allocator->user);
+    }
+    if (status != SHCD_OK) {
         shcdi_bounds_free(&b, allocator);
-        return SHCD_ERR_MEMORY;
+        return status;
     }
-    series_set set = {degree, count, {NULL}};
-    for (int c = 0; c < COLUMNS; c++) {
-        set.column[c] = work + (size_t)c * count;
-    }
-    fill_series(&set, coefficients, work + COLUMNS * count);
-    double *fourier = work + (COLUMNS + 6) * count;
-    double *cosine = fourier + fourier_size;
-    for (size_t k = 0; k < b.n_phi; k++) {
-        cosine[k] = cos(2.0 * PI * (double)k / (double)b.n_phi);
-    }
-    for (size_t j = 0; j < b.n_theta; j++) {
-        ring_fourier(&set, ((double)j + 0.5) * PI / (double)b.n_theta, fourier);
-        sample_ring(&b, j, fourier, cosine);
-    }
-    for (int k = 0; k < SHCDI_SUPREMA; k++) {
-        const double wave = rate(degree, k) * b.covering;
-        b.sup[k] = wave < 1.5 ? b.sup[k] * OUTWARD / cos(wave) : HUGE_VAL;
-    }
-    b.sup[PRODUCT] = shcdi_min(b.sup[PRODUCT], b.sup[0] * b.sup[1]);
-    allocator->release(work, allocator->user);
     *bounds = b;
     return SHCD_OK;
 }
 
 void shcdi_bounds_free(shcdi_bounds *bounds, const shcd_allocator *allocator) {
+    if (bounds->ring != NULL) {
+        allocator->release(bounds->ring, allocator->user);
+    }
     if (bounds->sample != NULL) {
         allocator->release(bounds->sample, allocator->user);
-        bounds->sample = NULL;
     }
+    bounds->ring = NULL;
+    bounds->sample = bounds->group = NULL;
 }
 
-/* Raises largest[0 .. LEAST) and lowers largest[LEAST] by the samples of one ring within the angle;
+/* Raises extreme[0 .. LEAST) and lowers extreme[LEAST] by the samples of one ring within the angle;
  * phi_c is the azimuth of the centre. */
-static void ring_maximum(const shcdi_bounds *b, size_t j, double theta_c, double phi_c,
-                         double angle, double largest[SAMPLES]) {
-    const double theta = ((double)j + 0.5) * PI / (double)b->n_theta;
+static void ring_extremes(const shcdi_bounds *b, size_t j, const double centre[2], double phi_c,
+                          double cosine_angle, float extreme[SAMPLES]) {
     const double step = 2.0 * PI / (double)b->n_phi;
-    const double across = sin(theta) * sin(theta_c);
-    const double cosine = cos(angle) - cos(theta) * cos(theta_c);
+    const double across = b->ring[2 * j + 1] * centre[1];
+    const double cosine = cosine_angle - b->ring[2 * j] * centre[0];
     double half = PI;
     if (cosine > across) {
         return;
@@ -313,17 +330,19 @@ static void ring_maximum(const shcdi_bounds *b, size_t j, double theta_c, double
         half = acos(cosine / across);
     }
     /* one node more on each side: rounding must not lose the node that covers the border */
+    const long n = (long)b->n_phi;
     const long first = (long)floor((phi_c - half) / step) - 1;
     const long last = (long)ceil((phi_c + half) / step) + 1;
-    const long n = (long)b->n_phi;
-    const long count = last - first + 1 < n ? last - first + 1 : n;
-    for (long i = 0; i < count; i++) {
-        const size_t k = (size_t)((((first + i) % n) + n) % n);
-        const float *sample = b->sample + SAMPLES * (j * b->n_phi + k);
-        for (size_t c = 0; c < SHCDI_SUPREMA; c++) {
-            largest[c] = shcdi_max(largest[c], (double)sample[c]);
-        }
-        largest[LEAST] = shcdi_min(largest[LEAST], (double)sample[LEAST]);
+    long left = last - first + 1 < n ? last - first + 1 : n;
+    size_t k = (size_t)(((first % n) + n) % n);
+    const float *sample = b->sample + SAMPLES * j * b->n_phi;
+    const float *group = b->group + SAMPLES * j * (b->n_phi / GROUP);
+    while (left > 0) {
+        const int whole = k % GROUP == 0 && left >= GROUP;
+        include(whole ? group + SAMPLES * (k / GROUP) : sample + SAMPLES * k, extreme);
+        left -= whole ? GROUP : 1;
+        k += whole ? GROUP : 1;
+        k = k == b->n_phi ? 0 : k;
     }
 }
 
@@ -337,9 +356,10 @@ void shcdi_bounds_cap(const shcdi_bounds *bounds, shcd_vec3 centre, double angle
     const double high = ceil((theta_c + reach) / step) + 1.0;
     const size_t first = low > 0.0 ? (size_t)low : 0;
     const size_t last = high < (double)(bounds->n_theta - 1) ? (size_t)high : bounds->n_theta - 1;
-    double largest[SAMPLES] = {0.0, 0.0, 0.0, 0.0, HUGE_VAL};
+    const double at_centre[2] = {cos(theta_c), sin(theta_c)}, cosine = cos(reach);
+    float extreme[SAMPLES] = {0.0F, 0.0F, 0.0F, 0.0F, HUGE_VALF};
     for (size_t j = first; j <= last; j++) {
-        ring_maximum(bounds, j, theta_c, phi_c, reach, largest);
+        ring_extremes(bounds, j, at_centre, phi_c, cosine, extreme);
     }
     for (int k = 0; k < SHCDI_SUPREMA; k++) {
         const double all = bounds->sup[k];
@@ -347,14 +367,15 @@ void shcdi_bounds_cap(const shcdi_bounds *bounds, shcd_vec3 centre, double angle
             sup[k] = 0.0;
             continue;
         }
-        const double at =
-            asin(shcdi_min(1.0, largest[k] / all)) + rate(bounds->degree, k) * bounds->covering;
+        const double at = asin(shcdi_min(1.0, (double)extreme[k] / all)) +
+                          rate(bounds->degree, k) * bounds->covering;
         sup[k] = all * (at < 0.5 * PI ? sin(at) : 1.0) * OUTWARD;
     }
     sup[PRODUCT] = shcdi_min(sup[PRODUCT], sup[0] * sup[1]);
     if (least != NULL) {
         /* any point of the cap lies within the covering angle of one of these nodes, and so does
          * the way there: sup[1] holds along it, by the first inequality from that node */
-        *least = shcdi_max(0.0, largest[LEAST] - bounds->covering * sup[1] * OUTWARD);
+        *least = shcdi_max(0.0, (double)extreme[LEAST] - bounds->covering * sup[1] * OUTWARD -
+                                    ROUNDING * bounds->sup[0]);
     }
 }

@@ -14,8 +14,10 @@ typedef struct shcdi_bounds {
     size_t n_theta, n_phi;
     double covering;           /**< every direction lies within this angle of a node */
     double sup[SHCDI_SUPREMA]; /**< over the whole sphere */
-    float *sample; /**< n_theta n_phi nodes: the suprema there of the three orders, rounded up, and
-                        the infimum of the first, rounded down */
+    double *ring;              /**< cos and sin of theta of each ring */
+    float *sample; /**< n_theta n_phi nodes: the suprema there of the three orders and the product,
+                        rounded up, and the infimum of the first, rounded down */
+    float *group;  /**< of groups of neighbours on a ring, likewise; behind the samples */
 } shcdi_bounds;
 
 /** Samples the derivatives of a series; 3 (degree+1)^2 coefficients in the public order.

@@ -14,7 +14,7 @@ int shcdi_ray_newton(const shcd_model *model, shcd_vec3 origin, shcd_vec3 d, shc
     for (int i = 0; i<STEPS_MAX && * steps_left> 0; i++) {
         --*steps_left;
         shcdi_jet jet;
-        shcdi_surface_jet(&model->series, model->degree, w, &jet);
+        shcdi_surface_first(&model->series, model->degree, w, &jet);
         const shcd_vec3 x = shcd_sub(jet.s, origin);
         const double f1 = shcd_dot(e1, x), f2 = shcd_dot(e2, x);
         if (fabs(f1) + fabs(f2) <= tolerance) {

@@ -83,6 +83,8 @@ shcdi_cap *shcdi_caps_create(const shcd_model *model, const shcd_allocator *allo
                 chord = shcdi_max(chord, shcd_norm(shcd_sub(corner[k], cap[i].centre)));
             }
             cap[i].angle = 2.0 * asin(shcdi_min(1.0, 0.5 * chord)) + 1e-12;
+            cap[i].cosine = cos(cap[i].angle);
+            cap[i].sine = sin(cap[i].angle);
             if (level == tree->level) {
                 const double m[3] = {(double)tree->leaf[i].m1, (double)tree->leaf[i].m2,
                                      (double)tree->leaf[i].m3};
@@ -104,6 +106,8 @@ static void cap_suprema(const shcd_model *model, const shcdi_cap *caps, shcd_vec
     uint32_t stack[8 + 3 * (SHCDI_TREE_LEVEL_MAX + 1)];
     int level_of[8 + 3 * (SHCDI_TREE_LEVEL_MAX + 1)];
     int n = 0;
+    /* at most RHO_MAX, and a cap's angle at most 0.96: their sum is below pi */
+    const double cosine = cos(angle + 1e-7), sine = sin(angle + 1e-7);
     m[0] = m[1] = m[2] = 0.0;
     for (uint32_t i = 0; i < 8; i++) {
         stack[n] = i;
@@ -113,8 +117,8 @@ static void cap_suprema(const shcd_model *model, const shcdi_cap *caps, shcd_vec
         const uint32_t i = stack[--n];
         const int level = level_of[n];
         const shcdi_cap *cap = &caps[shcdi_tree_level_start(level) + i];
-        const double apart = acos(shcdi_max(-1.0, shcdi_min(1.0, shcd_dot(w, cap->centre))));
-        if (apart > angle + cap->angle + 1e-7) {
+        /* the angle to the cap's centre is above angle + 1e-7 + cap->angle */
+        if (shcd_dot(w, cap->centre) < cosine * cap->cosine - sine * cap->sine) {
             continue;
         }
         if (level == model->tree.level || cap->angle < 0.25 * angle) {

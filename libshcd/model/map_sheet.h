@@ -9,8 +9,9 @@
 /** A node of the tree as a cap of the parameter sphere. */
 typedef struct shcdi_cap {
     shcd_vec3 centre;
-    double angle; /**< the node's triangle lies within it */
-    double m[3];  /**< suprema of |S'|, |S''|, |S'''| over the triangle */
+    double angle;        /**< the node's triangle lies within it */
+    double cosine, sine; /**< of the angle */
+    double m[3];         /**< suprema of |S'|, |S''|, |S'''| over the triangle */
 } shcdi_cap;
 
 /** Caps of all nodes, in the order of tree->ball; NULL: out of memory. */

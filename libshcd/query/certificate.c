@@ -87,6 +87,16 @@ static void remember_sign(lasting *c, const shcd_proximity *out) {
                                                              : 0;
 }
 
+static int is_direction(shcd_vec3 w) {
+    return fabs(shcd_dot(w, w) - 1.0) < 1e-6;
+}
+
+/* Bytes that nobody made: what a certificate says is proven anew or counts for nothing, but its
+ * foot has to be a place on the sphere, and its patience is a number of bits. */
+static int is_plausible(const lasting *c) {
+    return is_direction(c->w) && c->level <= LEVEL_MAX;
+}
+
 /* The foot moves by H^-1 J^T dp while the surface stands still. */
 static shcd_vec3 predict(const lasting *c, shcd_vec3 p) {
     const shcd_vec3 moved = shcd_sub(p, c->p);
@@ -101,11 +111,17 @@ static shcd_vec3 predict(const lasting *c, shcd_vec3 p) {
         return c->w;
     }
     const shcd_vec3 t2 = shcd_cross(c->w, c->t1);
-    return shcd_unit(shcd_mul_add(shcd_mul_add(c->w, x, c->t1), y, t2));
+    const shcd_vec3 w = shcd_unit(shcd_mul_add(shcd_mul_add(c->w, x, c->t1), y, t2));
+    return is_direction(w) ? w : c->w;
 }
 
 /* The frame was t1, w x t1 when the foot was evaluated; after it moved a little it still is nearly
  * one, which is all that a prediction needs. */
+
+/* What the point and the surface moved since the last query. */
+static double moved_since(const lasting *c, shcd_vec3 p, double path) {
+    return shcd_norm(shcd_sub(p, c->p)) * (1.0 + 1e-15) + (path - c->path) * (1.0 + 1e-15);
+}
 
 static int continue_from(lasting *c, const shcd_shape *shape, shcdi_search *s, double allowed,
                          shcd_proximity *out) {
@@ -141,9 +157,8 @@ static int continue_from(lasting *c, const shcd_shape *shape, shcdi_search *s, d
     if (!(foot.distance - s->lower <= s->tolerance)) {
         return 0;
     }
-    /* an unsigned distance that stayed above 0 all the way kept its side */
-    const double moved = shcd_norm(shcd_sub(s->p, c->p)) + (path - c->path) * (1.0 + 1e-15);
-    s->known_sign = s->lower - s->slack > moved ? (int)c->sign : 0;
+    s->last_sign = (int)c->sign;
+    s->moved_m = moved_since(c, s->p, path);
     shcdi_search_result(s, allowed, out);
     remember_foot(c, s, path);
     remember_sign(c, out);
@@ -193,7 +208,9 @@ static void search_anew(lasting *c, const shcdi_view *view, const shcd_shape *sh
         skip--;
     }
     if (shcd_dot(c->w, c->w) > 0.0) {
-        shcdi_query_certified_from(s, view, p, predict(c, p), options, out);
+        shcdi_query_certified_from(s, view, p, predict(c, p), options,
+                                   path >= c->path ? (int)c->sign : 0, moved_since(c, p, path),
+                                   out);
     } else {
         shcdi_query_certified(s, view, p, options, out);
     }
@@ -251,6 +268,9 @@ shcd_status shcd_closest_next(const shcd_model *model, const shcd_shape *shape, 
     shcdi_search s;
     lasting c;
     memcpy(&c, certificate, sizeof c);
+    if (!is_plausible(&c)) {
+        memset(&c, 0, sizeof c);
+    }
     memset(out, 0, sizeof *out);
     shcdi_view_of(model, shape, &view);
     double allowed;

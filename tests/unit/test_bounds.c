@@ -5,7 +5,6 @@
  * comparisons have no tolerance, except for what the sampling itself rounds (1e-12 of the bound:
  * sums of some hundred products) or truncates. */
 #include "model/bounds.h"
-#include "model/generators.h"
 #include "model/model.h"
 #include "query/patch.h"
 #include "realtime/sanitized.h"
@@ -42,55 +41,6 @@ static void fixture_close(fixture *f) {
     const shcd_allocator memory = shcdi_allocator(NULL);
     shcdi_bounds_free(&f->bounds, &memory);
     shcd_model_free(f->model);
-}
-
-/* ---- generators ---- */
-
-static double series_at(const double *c, int degree, shcd_vec3 w) {
-    double y[SHCD_COUNT(8)], sum = 0.0;
-    assert_int_equal(shcd_harmonics(degree, w, y, NULL, NULL), SHCD_OK);
-    for (size_t i = 0; i < SHCD_COUNT(degree); i++) {
-        sum += c[i] * y[i];
-    }
-    return sum;
-}
-
-static shcd_vec3 turned(shcd_vec3 w, int axis, double angle) {
-    const shcd_quat q = {cos(0.5 * angle), axis == 0 ? sin(0.5 * angle) : 0.0,
-                         axis == 1 ? sin(0.5 * angle) : 0.0, axis == 2 ? sin(0.5 * angle) : 0.0};
-    return shcd_rotate(q, w);
-}
-
-static void test_generators_are_derivatives_of_finite_rotations(void **state) {
-    enum { DEGREE = 8, COUNT = 81 };
-    static const double weight[3] = {45.0 / 60.0, -9.0 / 60.0, 1.0 / 60.0};
-    const double step = 0.01;
-    check_random random = {41};
-    double c[COUNT], image[COUNT], work[4 * COUNT], size = 0.0;
-    (void)state;
-    for (size_t i = 0; i < COUNT; i++) {
-        c[i] = check_normal(&random);
-        size += fabs(c[i]) * sqrt(17.0 / (4.0 * BODIES_PI));
-    }
-    for (int axis = 0; axis < 3; axis++) {
-        shcdi_generator(DEGREE, axis, c, image, work);
-        for (int n = 0; n < 50; n++) {
-            const shcd_vec3 w = bodies_random_direction(&random);
-            double slope = 0.0;
-            for (int k = 1; k <= 3; k++) {
-                slope += weight[k - 1] / step *
-                         (series_at(c, DEGREE, turned(w, axis, k * step)) -
-                          series_at(c, DEGREE, turned(w, axis, -k * step)));
-            }
-            /* h^6/140 |f^(7)|, |f^(7)| <= L^7 size; rounding 1e-14 of the size over h */
-            const double tolerance = size * (pow(step, 6.0) / 140.0 * pow(8.0, 7.0) + 2e-14 / step);
-            assert_near(series_at(image, DEGREE, w), slope, tolerance);
-        }
-        double in_place[COUNT];
-        memcpy(in_place, c, sizeof c);
-        shcdi_generator(DEGREE, axis, in_place, in_place, work);
-        assert_memory_equal(in_place, image, sizeof image);
-    }
 }
 
 /* ---- derivatives ---- */
@@ -419,7 +369,6 @@ static void test_leaf_of_agrees_with_the_spherical_triangles(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_generators_are_derivatives_of_finite_rotations),
         cmocka_unit_test(test_grid_covering_reaches_every_direction),
         cmocka_unit_test(test_global_suprema_contain_samples_and_are_tight),
         cmocka_unit_test(test_cap_suprema_contain_samples),

@@ -1,67 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The definition of a scene: what is refused, with which words, and what a scene then knows. */
-#include "support/scene_fixture.h"
-
-static shcd_model *model;
-
-static int make_model(void **state) {
-    (void)state;
-    model = fixture_sphere(0.05);
-    return 0;
-}
-
-static int free_model(void **state) {
-    (void)state;
-    shcd_model_free(model);
-    return 0;
-}
-
-/* A definition that is right, with room to spoil it. */
-typedef struct draft {
-    shcd_scene_def scene;
-    shcd_body_def bodies[2];
-    shcd_tool_def tools[2];
-    shcd_effect_def effects[2];
-    shcd_parameter_value parameters[2];
-} draft;
-
-static void make_draft(draft *d) {
-    const shcd_scene_def scene = SHCD_SCENE_DEF_INIT;
-    d->parameters[0].name = "k_n_per_m";
-    d->parameters[0].value = 500.0;
-    d->parameters[1].name = "ratio";
-    d->parameters[1].value = 0.5;
-    d->effects[0].name = "stiffness";
-    d->effects[0].parameters = &d->parameters[0];
-    d->effects[0].n_parameters = 1;
-    d->effects[1].name = "damping";
-    d->effects[1].parameters = &d->parameters[1];
-    d->effects[1].n_parameters = 1;
-    d->bodies[0] = fixture_body("left", model, fixture_pose(-0.1, 0.0, 0.0), d->effects, 2);
-    d->bodies[1] = fixture_body("right", model, fixture_pose(0.1, 0.0, 0.0), d->effects, 1);
-    d->tools[0] = fixture_tool("tip", 0.0);
-    d->tools[1] = fixture_tool("ball", 0.004);
-    d->scene = scene;
-    d->scene.bodies = d->bodies;
-    d->scene.n_bodies = 2;
-    d->scene.tools = d->tools;
-    d->scene.n_tools = 2;
-}
-
-static shcd_scene *create(const draft *d) {
-    shcd_scene *scene = NULL;
-    shcd_error error = {SHCD_OK, ""};
-    if (shcd_scene_create(&d->scene, NULL, &scene, &error) != SHCD_OK) {
-        fail_msg("%s", error.message);
-    }
-    return scene;
-}
-
-static void *aligned_state(size_t size) {
-    void *memory = aligned_alloc(16, (size + 15) / 16 * 16);
-    assert_non_null(memory);
-    return memory;
-}
+#include "support/scene_draft.h"
 
 /* ---- what is refused ------------------------------------------------------------------------ */
 
@@ -200,7 +139,7 @@ static void test_create_refuses_each_fault_with_its_own_words(void **state) {
         char expected[sizeof error.message];
         shcd_scene *const untouched = (shcd_scene *)(void *)&d;
         shcd_scene *scene = untouched;
-        make_draft(&d);
+        draft_make(&d);
         refusals[i].spoil(&d);
         snprintf(expected, sizeof expected, "scene_create: %s", refusals[i].message);
         assert_int_equal(shcd_scene_create(&d.scene, NULL, &scene, &error), refusals[i].status);
@@ -217,7 +156,7 @@ static void test_create_refuses_null_arguments(void **state) {
     shcd_scene *scene = NULL;
     const shcd_allocator nothing = {NULL, NULL, NULL};
     (void)state;
-    make_draft(&d);
+    draft_make(&d);
     assert_int_equal(shcd_scene_create(NULL, NULL, &scene, NULL), SHCD_ERR_ARGUMENT);
     assert_int_equal(shcd_scene_create(&d.scene, NULL, NULL, NULL), SHCD_ERR_ARGUMENT);
     assert_int_equal(shcd_scene_create(&d.scene, &nothing, &scene, NULL), SHCD_ERR_ARGUMENT);
@@ -231,9 +170,9 @@ static void test_create_copies_names(void **state) {
     char name[] = "left";
     shcd_scene *scene;
     (void)state;
-    make_draft(&d);
+    draft_make(&d);
     d.bodies[0].name = name;
-    scene = create(&d);
+    scene = draft_create(&d);
     memset(&d, 0, sizeof d);
     memset(name, 'x', sizeof name - 1);
     assert_int_equal(shcd_scene_body_count(scene), 2);
@@ -262,10 +201,10 @@ static void test_create_accepts_a_name_of_63_bytes(void **state) {
     char name[64] = "";
     shcd_scene *scene;
     (void)state;
-    make_draft(&d);
+    draft_make(&d);
     memset(name, 'b', 63);
     d.bodies[1].name = name;
-    scene = create(&d);
+    scene = draft_create(&d);
     assert_string_equal(shcd_scene_body_name(scene, 1), name);
     shcd_scene_free(scene);
 }
@@ -274,10 +213,10 @@ static void test_create_accepts_no_body(void **state) {
     draft d;
     shcd_scene *scene;
     (void)state;
-    make_draft(&d);
+    draft_make(&d);
     d.scene.bodies = NULL;
     d.scene.n_bodies = 0;
-    scene = create(&d);
+    scene = draft_create(&d);
     assert_int_equal(shcd_scene_body_count(scene), 0);
     shcd_scene_free(scene);
 }
@@ -295,7 +234,7 @@ static void test_create_strides_over_longer_elements(void **state) {
     draft d;
     shcd_scene *scene;
     (void)state;
-    make_draft(&d);
+    draft_make(&d);
     memset(bodies, 0x5a, sizeof bodies);
     memset(tools, 0x5a, sizeof tools);
     for (size_t i = 0; i < 2; i++) {
@@ -306,7 +245,7 @@ static void test_create_strides_over_longer_elements(void **state) {
     }
     d.scene.bodies = &bodies[0].body;
     d.scene.tools = &tools[0].tool;
-    scene = create(&d);
+    scene = draft_create(&d);
     assert_string_equal(shcd_scene_body_name(scene, 1), "right");
     assert_string_equal(shcd_scene_tool_name(scene, 1), "ball");
     shcd_scene_free(scene);
@@ -317,11 +256,11 @@ static void test_create_reads_shorter_elements_as_defaults(void **state) {
     draft d;
     shcd_scene *scene;
     (void)state;
-    make_draft(&d);
+    draft_make(&d);
     d.scene.n_bodies = 1;
     d.bodies[0].struct_size = offsetof(shcd_body_def, effects);
     d.effects[0].name = "would be refused if it were read";
-    scene = create(&d);
+    scene = draft_create(&d);
     assert_string_equal(shcd_scene_body_name(scene, 0), "left");
     shcd_scene_free(scene);
 }
@@ -356,7 +295,7 @@ static void test_create_with_failing_allocator_leaves_nothing_behind(void **stat
     shcd_scene *scene = NULL;
     size_t n;
     (void)state;
-    make_draft(&d);
+    draft_make(&d);
     assert_int_equal(shcd_scene_create(&d.scene, &allocator, &scene, NULL), SHCD_OK);
     n = c.n_allocations;
     assert_true(n > 0);
@@ -380,133 +319,10 @@ static void test_create_refused_allocates_nothing(void **state) {
     const shcd_allocator allocator = {counting_allocate, counting_release, &c};
     shcd_scene *scene = NULL;
     (void)state;
-    make_draft(&d);
+    draft_make(&d);
     d.tools[1].kind = 7;
     assert_int_equal(shcd_scene_create(&d.scene, &allocator, &scene, NULL), SHCD_ERR_ARGUMENT);
     assert_int_equal(c.n_allocations, 0);
-}
-
-/* ---- state ---------------------------------------------------------------------------------- */
-
-static void test_state_init_refuses_unfit_memory(void **state) {
-    draft d;
-    shcd_scene *scene;
-    shcd_state *made = NULL;
-    unsigned char *memory;
-    size_t size;
-    (void)state;
-    make_draft(&d);
-    scene = create(&d);
-    size = shcd_state_size(scene);
-    memory = aligned_state(size + 16);
-    assert_int_equal(shcd_state_init(scene, memory, size - 1, &made), SHCD_ERR_ARGUMENT);
-    assert_int_equal(shcd_state_init(scene, memory + 8, size + 8, &made), SHCD_ERR_ARGUMENT);
-    assert_int_equal(shcd_state_init(scene, NULL, size, &made), SHCD_ERR_ARGUMENT);
-    assert_int_equal(shcd_state_init(NULL, memory, size, &made), SHCD_ERR_ARGUMENT);
-    assert_int_equal(shcd_state_init(scene, memory, size, NULL), SHCD_ERR_ARGUMENT);
-    assert_null(made);
-    assert_int_equal(shcd_state_init(scene, memory, size, &made), SHCD_OK);
-    assert_ptr_equal(made, memory);
-    free(memory);
-    shcd_scene_free(scene);
-}
-
-/* Steps `scene` with the state of a scene made from `other`. */
-static shcd_status step_with_state_of(const shcd_scene *scene, const draft *other) {
-    shcd_scene *owner = create(other);
-    void *memory = aligned_state(shcd_state_size(owner));
-    shcd_state *made = NULL;
-    shcd_tool_input in[2];
-    shcd_tool_output out[2];
-    const shcd_input input = {FIXTURE_TICK_S, in, 2};
-    shcd_output output = {out, 2};
-    shcd_status status;
-    memset(in, 0, sizeof in);
-    assert_int_equal(shcd_state_init(owner, memory, shcd_state_size(owner), &made), SHCD_OK);
-    status = shcd_step(scene, made, &input, &output);
-    free(memory);
-    shcd_scene_free(owner);
-    return status;
-}
-
-static void test_state_belongs_to_equal_scenes_only(void **state) {
-    draft d;
-    shcd_scene *scene;
-    (void)state;
-    make_draft(&d);
-    scene = create(&d);
-    assert_int_equal(step_with_state_of(scene, &d), SHCD_OK);
-    /* the order in which a body names its effects is not part of the scene */
-    d.effects[0].name = "damping";
-    d.effects[0].parameters = &d.parameters[1];
-    d.effects[1].name = "stiffness";
-    d.effects[1].parameters = &d.parameters[0];
-    d.bodies[1].effects = &d.effects[1];
-    assert_int_equal(step_with_state_of(scene, &d), SHCD_OK);
-    make_draft(&d);
-    d.parameters[0].value = 501.0;
-    assert_int_equal(step_with_state_of(scene, &d), SHCD_ERR_ARGUMENT);
-    make_draft(&d);
-    d.bodies[0].body_in_world.position_m.x += 1e-9;
-    assert_int_equal(step_with_state_of(scene, &d), SHCD_ERR_ARGUMENT);
-    make_draft(&d);
-    d.tools[1].radius_m = 0.005;
-    assert_int_equal(step_with_state_of(scene, &d), SHCD_ERR_ARGUMENT);
-    make_draft(&d);
-    d.bodies[0].name = "other";
-    assert_int_equal(step_with_state_of(scene, &d), SHCD_ERR_ARGUMENT);
-    make_draft(&d);
-    d.bodies[1].n_effects = 2;
-    assert_int_equal(step_with_state_of(scene, &d), SHCD_ERR_ARGUMENT);
-    shcd_scene_free(scene);
-}
-
-/* What a geometry holds counts, not where it lies. */
-static void test_state_belongs_to_tools_of_equal_geometry(void **state) {
-    const shcd_vec3 points[2] = {{0.0, 0.0, 0.0}, {0.01, 0.0, 0.0}};
-    const shcd_vec3 others[2] = {{0.0, 0.0, 0.0}, {0.01, 0.0, 1e-9}};
-    const shcd_vec3 normals[2] = {{0.0, 0.0, 1.0}, {0.0, 0.0, 1.0}};
-    shcd_tool_geometry *geometries[6] = {
-        fixture_shell(points, normals, 2), fixture_shell(points, normals, 2),
-        fixture_shell(others, normals, 2), fixture_capsule(0.004, 0.02),
-        fixture_capsule(0.004, 0.021),     fixture_capsule(0.004, 0.02)};
-    draft d;
-    (void)state;
-    for (size_t g = 0; g < 6; g += 3) {
-        make_draft(&d);
-        d.tools[1] =
-            fixture_tool_of("ball", g == 0 ? SHCD_TOOL_SHELL : SHCD_TOOL_CAPSULE, geometries[g]);
-        shcd_scene *scene = create(&d);
-        d.tools[1].geometry = geometries[g == 0 ? 1 : 5];
-        assert_int_equal(step_with_state_of(scene, &d), SHCD_OK);
-        d.tools[1].geometry = geometries[g == 0 ? 2 : 4];
-        assert_int_equal(step_with_state_of(scene, &d), SHCD_ERR_ARGUMENT);
-        d.tools[1].geometry = geometries[g];
-        d.tools[1].contact_share = 0.5;
-        assert_int_equal(step_with_state_of(scene, &d), SHCD_ERR_ARGUMENT);
-        d.tools[1].contact_share = 0.0;
-        d.tools[1].evaluations_max = 17;
-        assert_int_equal(step_with_state_of(scene, &d), SHCD_ERR_ARGUMENT);
-        shcd_scene_free(scene);
-    }
-    for (size_t g = 0; g < 6; g++) {
-        shcd_tool_geometry_free(geometries[g]);
-    }
-}
-
-static void test_state_size_does_not_grow_with_stateless_effects(void **state) {
-    draft d;
-    shcd_scene *with;
-    shcd_scene *without;
-    (void)state;
-    make_draft(&d);
-    with = create(&d);
-    d.bodies[0].n_effects = 0;
-    d.bodies[1].n_effects = 0;
-    without = create(&d);
-    assert_int_equal(shcd_state_size(with), shcd_state_size(without));
-    shcd_scene_free(with);
-    shcd_scene_free(without);
 }
 
 int main(void) {
@@ -521,10 +337,6 @@ int main(void) {
         cmocka_unit_test(test_create_reads_shorter_elements_as_defaults),
         cmocka_unit_test(test_create_with_failing_allocator_leaves_nothing_behind),
         cmocka_unit_test(test_create_refused_allocates_nothing),
-        cmocka_unit_test(test_state_init_refuses_unfit_memory),
-        cmocka_unit_test(test_state_belongs_to_equal_scenes_only),
-        cmocka_unit_test(test_state_belongs_to_tools_of_equal_geometry),
-        cmocka_unit_test(test_state_size_does_not_grow_with_stateless_effects),
     };
-    return cmocka_run_group_tests(tests, make_model, free_model);
+    return cmocka_run_group_tests(tests, draft_model_make, draft_model_free);
 }

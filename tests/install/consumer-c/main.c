@@ -53,17 +53,20 @@ static void query(const shcd_model *model) {
 
 /* A ball of 5 mm pressed 1 mm deep onto the end of the long axis, against 1 N/mm. */
 static void tick(const shcd_model *model) {
-    const shcd_parameter_value stiffness = {"k_n_per_m", 1000.0};
+    const shcd_parameter_value stiffness = SHCD_PARAMETER("k_n_per_m", 1000.0);
     const shcd_effect_def spring = {"stiffness", &stiffness, 1};
     shcd_body_def body = SHCD_BODY_DEF_INIT;
     shcd_tool_def tool = SHCD_TOOL_DEF_INIT;
     shcd_scene_def def = SHCD_SCENE_DEF_INIT;
-    shcd_tool_input pressed = {
-        {{0.034, 0.0, 0.0}, {1.0, 0.0, 0.0, 0.0}}, {0.0, 0.0, 0.0}, SHCD_TOOL_INPUT_ACTIVE, 0,
-        {0.0, 0.0, 0.0}, {0, 0}};
+    shcd_tool_input pressed = {{{0.034, 0.0, 0.0}, {1.0, 0.0, 0.0, 0.0}},
+                               {0.0, 0.0, 0.0},
+                               SHCD_TOOL_INPUT_ACTIVE,
+                               0,
+                               {0.0, 0.0, 0.0},
+                               {0, 0}};
     shcd_tool_output felt;
-    shcd_input input = {0.001, NULL, 1};
-    shcd_output output = {NULL, 1};
+    shcd_input input = SHCD_INPUT(0.001, NULL, 1);
+    shcd_output output = SHCD_OUTPUT(NULL, 1);
     shcd_scene *scene = NULL;
     shcd_state *state = NULL;
     shcd_error error;
