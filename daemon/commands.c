@@ -39,12 +39,54 @@ static void answer(const shcdmsg_command_t *command, int32_t status, const char 
     snprintf((char *)ack->text, sizeof ack->text, "%s", text);
 }
 
+#define RAMP_S 0.2 /* where the client names none */
+#define RAMP_MAX_S 60.0
+
+/* The effect that a command names; the number of effects if there is none. */
+static size_t find_effect(const shcd_scene *scene, const shcdmsg_command_t *c) {
+    const size_t n = shcd_scene_effect_count(scene);
+    size_t e = 0;
+    while (e < n && (shcd_scene_effect_body(scene, e) != (size_t)c->object_id ||
+                     strncmp(shcd_scene_effect_name(scene, e), (const char *)c->name,
+                             sizeof c->name) != 0)) {
+        e++;
+    }
+    return e;
+}
+
 /* Fills `ack` with a refusal, or returns false. */
-static bool refuse(const shcdmsg_command_t *c, shcdmsg_command_ack_t *ack) {
+static bool refuse_effect(const shcd_scene *scene, const shcdmsg_command_t *c,
+                          shcdmsg_command_ack_t *ack) {
     char text[128];
-    if (c->op != SHCDMSG_COMMAND_T_RESET && c->op != SHCDMSG_COMMAND_T_ZERO_FORCE) {
-        snprintf(text, sizeof text, "op %d is not supported, only RESET (%d) and ZERO_FORCE (%d)",
-                 (int)c->op, SHCDMSG_COMMAND_T_RESET, SHCDMSG_COMMAND_T_ZERO_FORCE);
+    const size_t n_bodies = shcd_scene_body_count(scene);
+    if (c->object_id < 0 || (size_t)c->object_id >= n_bodies) {
+        snprintf(text, sizeof text, "object_id is %d, the scene has %zu bodies", (int)c->object_id,
+                 n_bodies);
+    } else if (find_effect(scene, c) == shcd_scene_effect_count(scene)) {
+        snprintf(text, sizeof text, "body %d has no effect '%.31s'", (int)c->object_id,
+                 (const char *)c->name);
+    } else if (c->n_val < 1 || (c->val[0] != 0.0 && c->val[0] != 1.0)) {
+        snprintf(text, sizeof text, "val[0] must be 1 (on) or 0 (off)");
+    } else if (c->n_val > 1 && !(c->val[1] >= 0.0 && c->val[1] <= RAMP_MAX_S)) {
+        snprintf(text, sizeof text, "val[1], the ramp, is %g s, must be 0 to %g s", c->val[1],
+                 RAMP_MAX_S);
+    } else {
+        return false;
+    }
+    answer(c, SHCDMSG_COMMAND_ACK_T_BAD_ARG, text, ack);
+    return true;
+}
+
+/* Fills `ack` with a refusal, or returns false. */
+static bool refuse(const shcd_scene *scene, const shcdmsg_command_t *c,
+                   shcdmsg_command_ack_t *ack) {
+    char text[128];
+    if (c->op != SHCDMSG_COMMAND_T_RESET && c->op != SHCDMSG_COMMAND_T_ZERO_FORCE &&
+        c->op != SHCDMSG_COMMAND_T_SET_EFFECT) {
+        snprintf(text, sizeof text,
+                 "op %d is not supported, only RESET (%d), ZERO_FORCE (%d) and SET_EFFECT (%d)",
+                 (int)c->op, SHCDMSG_COMMAND_T_RESET, SHCDMSG_COMMAND_T_ZERO_FORCE,
+                 SHCDMSG_COMMAND_T_SET_EFFECT);
         answer(c, SHCDMSG_COMMAND_ACK_T_NOT_SUPPORTED, text, ack);
         return true;
     }
@@ -60,7 +102,7 @@ static bool refuse(const shcdmsg_command_t *c, shcdmsg_command_ack_t *ack) {
             return true;
         }
     }
-    return false;
+    return c->op == SHCDMSG_COMMAND_T_SET_EFFECT && refuse_effect(scene, c, ack);
 }
 
 bool commands_take(command_table *table, const shcdmsg_command_t *command, ring *to_loop,
@@ -70,7 +112,7 @@ bool commands_take(command_table *table, const shcdmsg_command_t *command, ring 
         *ack = e->ack;
         return !e->pending;
     }
-    const bool refused = refuse(command, ack);
+    const bool refused = refuse(table->scene, command, ack);
     tick_command *slot = refused ? NULL : ring_reserve(to_loop);
     e = refused || slot != NULL ? recycle(table) : NULL;
     if (e == NULL) {
@@ -88,6 +130,11 @@ bool commands_take(command_table *table, const shcdmsg_command_t *command, ring 
     slot->client_id = command->client_id;
     slot->cmd_id = command->cmd_id;
     slot->op = command->op;
+    if (command->op == SHCDMSG_COMMAND_T_SET_EFFECT) {
+        slot->effect = find_effect(table->scene, command);
+        slot->is_on = command->val[0] == 1.0;
+        slot->ramp_s = command->n_val > 1 ? command->val[1] : RAMP_S;
+    }
     ring_commit(to_loop);
     return false;
 }

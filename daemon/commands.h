@@ -24,7 +24,8 @@ typedef struct command_entry {
 /** All zero: nothing remembered. */
 typedef struct command_table {
     command_entry entries[COMMANDS_REMEMBERED];
-    size_t next; /* the oldest */
+    size_t next;             /* the oldest */
+    const shcd_scene *scene; /* whose effects can be switched; NULL: none */
 } command_table;
 
 /** Takes a command: a new one is refused or passed on to the loop, a known one is not run again.

@@ -2,8 +2,32 @@
 /* Device profiles, the scene that needs no file, and the end of a configuration. */
 #include "config.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
+
+#define PI 3.14159265358979324
+
+double device_stiffness_max(const device_profile *device, double rate_hz) {
+    const double stable = device->damping_n_s_per_m / (0.5 / rate_hz + device->delay_s);
+    return stable < device->stiffness_max_n_per_m ? stable : device->stiffness_max_n_per_m;
+}
+
+int device_delays(const device_profile *device, double rate_hz) {
+    return (int)ceil(device->delay_s * rate_hz * (1.0 - 1e-9));
+}
+
+double device_drag_max(const device_profile *device, double rate_hz) {
+    const double turn = PI / (2.0 * device_delays(device, rate_hz) + 1.0);
+    return 2.0 * sin(0.5 * turn) * device->mass_kg * rate_hz;
+}
+
+double device_reserve_j(const device_profile *device, double rate_hz) {
+    return 2.0 * (1.0 + device_delays(device, rate_hz)) *
+           (device->force_max_n * device->speed_max_m_per_s +
+            device->torque_max_n_m * device->turn_max_rad_per_s) /
+           rate_hz;
+}
 
 /* generic: for a device of which nothing is known, so each cap is one that a small desktop device
  * stands and a hand takes without harm.
@@ -11,11 +35,16 @@
  *   torque     0.1 N m: that force on a lever of 2 cm, half a stylus
  *   slew       500 N/s, 0.5 N a tick at 1 kHz: the full force takes 10 ms, so that a step is a push
  *              and not a blow; the stiffest surface allowed, struck at 0.25 m/s, needs just that
- *   stiffness  2000 N/m: sampled and held for T = 1 ms, a spring k needs a damping of k T/2 in hand
- *              and device to stay passive, here 1 N s/m, which a light grip still has */
+ *   stiffness  2000 N/m, what damping and delay allow at 1 kHz: device_stiffness_max()
+ *   damping    3 N s/m, a light grip on a small device; an assumption to be checked on yours
+ *   delay      1 ms: poses wait for the tick (half of it on average, all of it at most), and
+ *              messages take about 0.1 ms each way
+ *   speed      2 m/s and 20 rad/s: a hand that strikes; a hand that feels moves at a tenth of it
+ *   mass       45 g, what data sheets state for the apparent mass at the tip of a small desktop
+ *              device (SensAble PHANTOM Omni, now 3D Systems Touch); a hand only adds to it */
 const device_profile device_profiles[] = {
-    {"generic", 5.0, 0.1, 500.0, 2000.0},
-    {NULL, 0.0, 0.0, 0.0, 0.0},
+    {"generic", 5.0, 0.1, 500.0, 2000.0, 3.0, 1e-3, 2.0, 20.0, 0.045},
+    {NULL, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0},
 };
 
 shcd_status config_ellipsoid(const double semi_axes_m[3], shcd_model **model, shcd_error *error) {
@@ -37,6 +66,7 @@ bool config_built_in(daemon_config *config, char *error, size_t error_size) {
     const shcd_effect_def effects[] = {{"stiffness", NULL, 0}, {"damping", NULL, 0}};
     shcd_error problem = {SHCD_OK, ""};
     daemon_config made = {.rate_hz = CONFIG_RATE_DEFAULT_HZ, .device = &device_profiles[0]};
+    made.reserve_j = device_reserve_j(made.device, made.rate_hz);
     const shcd_pose here = {{0.0, 0.0, 0.0}, {1.0, 0.0, 0.0, 0.0}};
 
     shcd_status status = config_ellipsoid(semi_axes_m, &made.models[0], &problem);

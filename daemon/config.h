@@ -22,15 +22,40 @@ typedef struct device_profile {
     double force_max_n;
     double torque_max_n_m;
     double slew_max_n_per_s;
-    double stiffness_max_n_per_m;
+    double stiffness_max_n_per_m; /**< that it renders at any rate */
+    double damping_n_s_per_m;     /**< of the device with a hand on it, the least to be relied on */
+    double delay_s;               /**< from a pose to its force in the hand, beside the tick */
+    double speed_max_m_per_s;     /**< of a hand, for the passivity controller */
+    double turn_max_rad_per_s;    /**< likewise */
+    double mass_kg;               /**< apparent at the tip, without a hand */
 } device_profile;
 
 /** Known devices, ended by a null name; the first is the default. */
 extern const device_profile device_profiles[];
 
+/** Largest stiffness that is stable on a device when sampled and held at this rate: the spring
+ *  yields like a damping of -k (T/2 + delay), which hand and device must make up for (Colgate and
+ *  Schenkel 1997; docs/stability.md). Never above what it renders. */
+double device_stiffness_max(const device_profile *device, double rate_hz);
+
+/** Largest drag that is stable on a device when sampled and held at this rate, without help from
+ *  its damping. With m the device's mass, T the tick and d the ticks of delay
+ *      v' = v - (c T/m) v(d ticks ago),   z^(d+1) - z^d + c T/m = 0;
+ *  on the unit circle, z = e^(i t), the first such t is pi/(2d + 1), where c T/m = |1 - z| =
+ *  2 sin(t/2): below that all roots lie inside. 2 m/T without a delay, m/T with one tick. */
+double device_drag_max(const device_profile *device, double rate_hz);
+
+/** Ticks by which poses and forces may be late on this device, rounded up. */
+int device_delays(const device_profile *device, double rate_hz);
+
+/** The reserve of the passivity controller where a scene does not state one: twice the least, what
+ *  the device's full wrench can give at the largest speeds in a tick and in those of the delay. */
+double device_reserve_j(const device_profile *device, double rate_hz);
+
 typedef struct daemon_config {
     double rate_hz;
     const device_profile *device;
+    double reserve_j; /**< of the passivity controller; HUGE_VAL: off */
     size_t n_models;
     shcd_model *models[SHCD_BODIES_MAX]; /**< owned, in body order; bodies from one file share one
                                               model, so a pointer may stand here more than once */

@@ -36,6 +36,7 @@ loop *loop_create(shared *s) {
         return NULL;
     }
     memset(l->stack, 0, PRIVILEGES_STACK_BYTES);
+    l->core.deforms = &s->deforms;
     return l;
 }
 
@@ -68,6 +69,10 @@ static void hand_out_stats(loop *l, int64_t now_ns, bool stopping) {
     st->tick = l->core.tick;
     st->state = stopping ? LOOP_STOPPING : l->core.degraded ? LOOP_DEGRADED : LOOP_RUNNING;
     st->rt_flags = atomic_load_explicit(&l->s->rt_flags, memory_order_relaxed);
+    st->energy = tick_energy_of(&l->core);
+    st->n_effects =
+        l->core.n_effects < LOOP_EFFECTS_MAX ? l->core.n_effects : (size_t)LOOP_EFFECTS_MAX;
+    memcpy(st->effects, l->core.effect_times, st->n_effects * sizeof st->effects[0]);
     if (now_ns > l->status_ns) {
         st->actual_rate_hz =
             (double)(st->tick - l->status_tick) * 1e9 / (double)(now_ns - l->status_ns);

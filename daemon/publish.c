@@ -17,10 +17,8 @@
 #include <unistd.h>
 
 #define MESSAGE_BYTES_MAX 60000
-/* Bodies are sent in turn, one in each of these slots, and each at most every 100 ms. */
-#define DEFORM_SLOT_NS 10000000
-#define DEFORM_BODY_NS 100000000
-#define DEFORM_DEGREE_MAX 69 /* the highest whose message stays below MESSAGE_BYTES_MAX */
+#define DEFORM_SLOT_NS 4000000 /* bodies are sent in turn, one in each of these */
+#define DEFORM_DEGREE_MAX 69   /* the highest whose message stays below MESSAGE_BYTES_MAX */
 #define DEFORM_COUNT_MAX (3 * (DEFORM_DEGREE_MAX + 1) * (DEFORM_DEGREE_MAX + 1))
 
 _Static_assert(sizeof(((shcdmsg_loop_status_t *)0)->rx_reject) / sizeof(int64_t) == REJECT_COUNT,
@@ -36,6 +34,9 @@ struct publisher {
     size_t deform_body;     /* the next one */
     int64_t deform_due_ns;
     int64_t deform_sent_ns[SHCD_BODIES_MAX];
+    void *shapes[SHCD_BODIES_MAX]; /* to compute volumes with */
+    double rest_volume_m3[SHCD_BODIES_MAX];
+    shcdmsg_effect_cost_t effects[LOOP_EFFECTS_MAX];
     float coefficients[DEFORM_COUNT_MAX];
     unsigned char bytes[MESSAGE_BYTES_MAX];
 };
@@ -68,6 +69,7 @@ static void publish_force(publisher *p, const tick_record *record, const tool_re
     copy_vec3(m.torque, r->wrench.torque_n_m);
     copy_vec3(m.proxy, r->proxy_m);
     m.penetration = r->penetration_m;
+    m.displacement = r->displacement_m;
     m.body_id = r->body;
     copy_vec3(m.normal, r->normal);
     send_bytes(p, p->t->force, shcdmsg_tool_force_t_encode(p->bytes, 0, MESSAGE_BYTES_MAX, &m));
@@ -94,6 +96,24 @@ static void fill_times(const histogram *h, double *p50, double *p99, double *p99
     *max = 1e-3 * (double)h->max_ns;
 }
 
+static void fill_effects(publisher *p, const loop_stats *st, shcdmsg_loop_status_t *m) {
+    const shcd_scene *scene = p->s->config->scene;
+    m->n_effects = (int32_t)st->n_effects;
+    m->effects = p->effects;
+    for (size_t e = 0; e < st->n_effects; e++) {
+        const effect_time *t = &st->effects[e];
+        shcdmsg_effect_cost_t *out = &p->effects[e];
+        out->body_id = (int32_t)shcd_scene_effect_body(scene, e);
+        out->active = t->is_active ? 1 : 0;
+        snprintf((char *)out->name, sizeof out->name, "%s", shcd_scene_effect_name(scene, e));
+        out->mean_us = t->n > 0 ? (float)(1e-3 * t->sum_ns / (double)t->n) : 0.0f;
+        out->max_us = (float)(1e-3 * t->max_ns);
+        out->energy_j = t->energy_j;
+        out->stored_j = t->stored_j;
+        out->driven_j = t->driven_j;
+    }
+}
+
 static void publish_status(publisher *p) {
     bool fresh;
     const loop_stats *st = mailbox_front(&p->s->stats, &fresh);
@@ -118,6 +138,14 @@ static void publish_status(publisher *p) {
         m.rx_bad += m.rx_reject[i];
     }
     m.tx_dropped = st->tx_dropped + p->dropped;
+    m.given_j = st->energy.given_j;
+    m.taken_j = st->energy.taken_j;
+    m.output_chain_j = st->energy.output_chain_j;
+    m.stored_j = st->energy.stored_j;
+    m.driven_j = st->energy.driven_j;
+    m.reserve_left_j = st->energy.reserve_left_j;
+    m.passivity_ticks = st->energy.passivity_ticks;
+    fill_effects(p, st, &m);
     fill_times(&st->wake, &m.wake_p50_us, &m.wake_p99_us, &m.wake_p999_us, &m.wake_max_us);
     fill_times(&st->compute, &m.compute_p50_us, &m.compute_p99_us, &m.compute_p999_us,
                &m.compute_max_us);
@@ -149,24 +177,41 @@ static void serve_commands(publisher *p) {
     }
 }
 
-/* The coefficients are those of the model: no effect deforms a body as yet. */
-static void publish_deform(publisher *p) {
-    const daemon_config *config = p->s->config;
-    const size_t n_bodies = shcd_scene_body_count(config->scene);
-    const int64_t now_ns = p->utime_ns;
-    const size_t body = p->deform_body;
-    if (n_bodies == 0 || now_ns < p->deform_due_ns ||
-        (p->deform_sent_ns[body] != 0 && now_ns < p->deform_sent_ns[body] + DEFORM_BODY_NS)) {
-        return;
+/* The newest coefficients of a body; NULL if it has none that a viewer does not know. */
+static const double *newest_shape(publisher *p, size_t body) {
+    deform_boxes *boxes = &p->s->deforms;
+    const int64_t since_ns = p->utime_ns - p->deform_sent_ns[body];
+    bool fresh;
+    if (!boxes->is_soft[body]) {
+        return p->deform_sent_ns[body] == 0 || since_ns >= DEFORM_RIGID_NS
+                   ? shcd_model_coefficients(p->s->config->models[body])
+                   : NULL;
     }
-    p->deform_due_ns = now_ns + DEFORM_SLOT_NS;
-    p->deform_sent_ns[body] = now_ns;
-    p->deform_body = (body + 1) % n_bodies;
+    const deform_snapshot *s = mailbox_front(&boxes->box[body], &fresh);
+    return fresh ? s->coefficients : NULL;
+}
 
+static void fill_volumes(publisher *p, size_t body, const double *coefficients,
+                         shcdmsg_deform_state_t *m) {
+    const shcd_model *model = p->s->config->models[body];
+    void *shape_memory = p->shapes[body];
+    shcd_shape *shape;
+    if (shcd_shape_init(model, shape_memory, shcd_shape_size(model), &shape) != SHCD_OK) {
+        return; /* cannot be: publisher_start() made it of that size */
+    }
+    if (p->rest_volume_m3[body] == 0.0) {
+        p->rest_volume_m3[body] = deform_volume(model, shape, shcd_model_coefficients(model));
+    }
+    m->rest_volume = p->rest_volume_m3[body];
+    m->volume = p->s->deforms.is_soft[body] ? deform_volume(model, shape, coefficients)
+                                            : p->rest_volume_m3[body];
+}
+
+static void publish_shape(publisher *p, size_t body, const double *source) {
+    const daemon_config *config = p->s->config;
     shcdmsg_deform_state_t m = {0};
     const shcd_pose pose = config->body_in_world[body];
-    const double *source = shcd_model_coefficients(config->models[body]);
-    m.utime = now_ns / 1000;
+    m.utime = p->utime_ns / 1000;
     m.tick = p->tick;
     m.scene_rev = 1;
     m.body_id = (int32_t)body;
@@ -183,7 +228,27 @@ static void publish_deform(publisher *p) {
         p->coefficients[i] = (float)source[i];
     }
     m.coeff = p->coefficients;
+    fill_volumes(p, body, source, &m);
     send_bytes(p, p->t->deform, shcdmsg_deform_state_t_encode(p->bytes, 0, MESSAGE_BYTES_MAX, &m));
+}
+
+/* The next body that has something to show, if the last message is not too near. */
+static void publish_deform(publisher *p) {
+    const size_t n_bodies = p->s->deforms.n_bodies;
+    if (p->utime_ns < p->deform_due_ns) {
+        return;
+    }
+    for (size_t n = 0; n < n_bodies; n++) {
+        const size_t body = p->deform_body;
+        const double *coefficients = newest_shape(p, body);
+        p->deform_body = (body + 1) % n_bodies;
+        if (coefficients != NULL) {
+            p->deform_due_ns = p->utime_ns + DEFORM_SLOT_NS;
+            p->deform_sent_ns[body] = p->utime_ns;
+            publish_shape(p, body, coefficients);
+            return;
+        }
+    }
 }
 
 static void *run_publisher(void *argument) {
@@ -206,6 +271,13 @@ static void *run_publisher(void *argument) {
     }
 }
 
+static void release(publisher *p) {
+    for (size_t b = 0; b < SHCD_BODIES_MAX; b++) {
+        free(p->shapes[b]);
+    }
+    free(p);
+}
+
 publisher *publisher_start(const transport *t, shared *s) {
     publisher *p = calloc(1, sizeof *p);
     if (p == NULL) {
@@ -213,8 +285,17 @@ publisher *publisher_start(const transport *t, shared *s) {
     }
     p->s = s;
     p->t = t;
+    p->table.scene = s->config->scene;
+    for (size_t b = 0; b < s->deforms.n_bodies; b++) {
+        const size_t bytes = EXCHANGE_STRIDE(shcd_shape_size(s->config->models[b]));
+        p->shapes[b] = aligned_alloc(EXCHANGE_LINE, bytes);
+        if (p->shapes[b] == NULL) {
+            release(p);
+            return NULL;
+        }
+    }
     if (pthread_create(&p->thread, NULL, run_publisher, p) != 0) {
-        free(p);
+        release(p);
         return NULL;
     }
     return p;
@@ -225,6 +306,6 @@ void publisher_stop(publisher *p) {
         atomic_store_explicit(&p->s->stop_publish, true, memory_order_release);
         shared_wake(p->s);
         pthread_join(p->thread, NULL);
-        free(p);
+        release(p);
     }
 }

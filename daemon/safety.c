@@ -90,11 +90,16 @@ shcd_wrench safety_apply(const safety_limits *limits, safety_state *state, shcd_
         safety_slew(state->published.torque_n_m, w.torque_n_m, torque_step, &torque_acted);
     *flags |= force_acted || torque_acted ? SAFETY_SLEW : 0u;
 
-    if (!wrench_is_finite(&w)) {
-        *flags |= SAFETY_FAULT;
-        *state = (safety_state){zero, 0.0, zero};
-        return zero;
-    }
     state->published = w;
-    return w;
+    return safety_finish(state, w, flags);
+}
+
+shcd_wrench safety_finish(safety_state *state, shcd_wrench wrench, uint32_t *flags) {
+    const shcd_wrench zero = {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}};
+    if (wrench_is_finite(&wrench)) {
+        return wrench;
+    }
+    *flags |= SAFETY_FAULT;
+    *state = (safety_state){zero, 0.0, zero};
+    return zero;
 }

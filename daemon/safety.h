@@ -5,8 +5,9 @@
  * not be felt), then the force is taken away, then the tool leaves the scene.
  *
  * Output side, per tool and tick: finite check -> magnitude clamp, direction kept -> slew limit ->
- * ramp gain -> finite check. A stage that does not act passes its input through bit for bit, and
- * each one that acts leaves a flag. */
+ * ramp gain -> passivity (passivity.h) -> finite check. The slew limits what comes before
+ * passivity: a limiter behind it would give back the energy that it has just kept. A stage that
+ * does not act passes its input through bit for bit, and each one that acts leaves a flag. */
 #ifndef SHCDD_SAFETY_H
 #define SHCDD_SAFETY_H
 
@@ -54,7 +55,7 @@ typedef struct safety_limits {
 typedef struct safety_state {
     shcd_wrench slewed;    /* after the slew stage */
     double gain;           /* of the ramp, 0 .. 1 */
-    shcd_wrench published; /* what left the chain last */
+    shcd_wrench published; /* what safety_apply() returned last */
 } safety_state;
 
 typedef enum safety_wish {
@@ -72,10 +73,14 @@ shcd_vec3 safety_slew(shcd_vec3 last, shcd_vec3 wanted, double step_max, bool *a
 /** The gain after dt_s towards 1 (up) or 0, linear in time; arrives at exactly 1 and 0. */
 double safety_ramp(double gain, bool up, double dt_s);
 
-/** The whole chain. @param[out] flags  safety_flag bits, replaced. @return the wrench to publish:
- *  finite, |force| <= force_max_n and |torque| <= torque_max_n_m up to rounding, and after a change
- *  of less than slew_max dt at full gain exactly `wanted`. */
+/** The chain up to passivity. @param[out] flags  safety_flag bits, replaced. @return a wrench that
+ * is finite, |force| <= force_max_n and |torque| <= torque_max_n_m up to rounding, and after a
+ * change of less than slew_max dt at full gain exactly `wanted`. */
 shcd_wrench safety_apply(const safety_limits *limits, safety_state *state, shcd_wrench wanted,
                          safety_wish wish, double dt_s, uint32_t *flags);
+
+/** The end of the chain: a wrench that is not finite becomes zero, is flagged, and whatever comes
+ *  next starts softly; every other passes bit for bit. */
+shcd_wrench safety_finish(safety_state *state, shcd_wrench wrench, uint32_t *flags);
 
 #endif

@@ -7,6 +7,8 @@
 #define _POSIX_C_SOURCE 200809L
 #include "config.h"
 #include "scene_accuracy.h"
+#include "scene_device.h"
+#include "scene_effects.h"
 #include "tool_shape.h"
 #include "yaml_reader.h"
 #include "yaml_value.h"
@@ -32,109 +34,20 @@ typedef struct body_draft {
     const char *model_path; /* NULL: an ellipsoid */
     double semi_axes_m[3];
     scene_accuracy accuracy;
+    scene_law law;
 } body_draft;
 
 typedef struct scene_draft {
     yaml_tree *tree;
-    double rate_hz;
-    const device_profile *device;
+    scene_device device;
     size_t n_bodies, n_tools;
     body_draft bodies[SHCD_BODIES_MAX];
+    const yaml_node *effects[SHCD_BODIES_MAX]; /* the maps; NULL: none */
     shcd_body_def body_defs[SHCD_BODIES_MAX];
     shcd_tool_def tool_defs[SHCD_TOOLS_MAX];
     int32_t tool_ids[SHCD_TOOLS_MAX];
     tool_shape shapes[SHCD_TOOLS_MAX];
-    double stiffest_n_per_m; /* of all bodies */
 } scene_draft;
-
-/* ---- effects --------------------------------------------------------------------------------- */
-
-/* What an output chain behind the scene would cut off is refused here instead: a surface that feels
- * softer than the file says teaches nothing. */
-static bool check_stiffness(scene_draft *draft, const yaml_node *effect,
-                            const shcd_effect_info *info, const yaml_field *fields,
-                            const shcd_effect_def *def) {
-    for (size_t i = 0; strcmp(info->name, "stiffness") == 0 && i < info->n_parameters; i++) {
-        if (strcmp(info->parameters[i].name, "k_n_per_m") != 0) {
-            continue;
-        }
-        double k = info->parameters[i].default_value;
-        for (size_t given = 0; given < def->n_parameters; given++) {
-            k = def->parameters[given].name == info->parameters[i].name
-                    ? def->parameters[given].value
-                    : k;
-        }
-        draft->stiffest_n_per_m = fmax(draft->stiffest_n_per_m, k);
-        if (k > draft->device->stiffness_max_n_per_m) {
-            const yaml_node *at = fields[i].node != NULL ? fields[i].node : effect;
-            return yaml_fail(draft->tree, at,
-                             "%.9g N/m is more than device %s renders, must be at most %.9g N/m", k,
-                             draft->device->name, draft->device->stiffness_max_n_per_m);
-        }
-    }
-    return true;
-}
-
-static bool read_effect(scene_draft *draft, const yaml_node *node, const shcd_effect_info *info,
-                        shcd_effect_def *def) {
-    const size_t n = info->n_parameters;
-    yaml_field *fields = yaml_allocate(draft->tree, (n + 1) * sizeof *fields);
-    shcd_parameter_value *values = yaml_allocate(draft->tree, (n + 1) * sizeof *values);
-    if (fields == NULL || values == NULL) {
-        return false;
-    }
-    for (size_t i = 0; i < n; i++) {
-        fields[i].name = info->parameters[i].name;
-    }
-    if (!yaml_fields(draft->tree, node, "parameter", fields, n)) {
-        return false;
-    }
-    def->name = info->name;
-    def->parameters = values;
-    for (size_t i = 0; i < n; i++) {
-        const shcd_parameter_info *p = &info->parameters[i];
-        if (fields[i].node == NULL) {
-            continue;
-        }
-        shcd_parameter_value *value = &values[def->n_parameters];
-        if (!yaml_number(draft->tree, fields[i].node, p->min_value, p->max_value, p->unit,
-                         &value->value)) {
-            return false;
-        }
-        value->name = p->name;
-        def->n_parameters++;
-    }
-    return check_stiffness(draft, node, info, fields, def);
-}
-
-static bool read_effects(scene_draft *draft, const yaml_node *node, shcd_body_def *body) {
-    size_t n = 0;
-    while (shcd_effect_at(n) != NULL) {
-        n++;
-    }
-    yaml_field *fields = yaml_allocate(draft->tree, (n + 1) * sizeof *fields);
-    shcd_effect_def *effects = yaml_allocate(draft->tree, (n + 1) * sizeof *effects);
-    if (fields == NULL || effects == NULL) {
-        return false;
-    }
-    for (size_t i = 0; i < n; i++) {
-        fields[i].name = shcd_effect_at(i)->name;
-    }
-    if (!yaml_fields(draft->tree, node, "effect", fields, n)) {
-        return false;
-    }
-    body->effects = effects;
-    for (size_t i = 0; i < n; i++) {
-        if (fields[i].node == NULL) {
-            continue;
-        }
-        if (!read_effect(draft, fields[i].node, shcd_effect_at(i), &effects[body->n_effects])) {
-            return false;
-        }
-        body->n_effects++;
-    }
-    return true;
-}
 
 /* ---- bodies ---------------------------------------------------------------------------------- */
 
@@ -206,11 +119,13 @@ static bool read_body(scene_draft *draft, const yaml_node *node, const yaml_node
     body_draft *body = &draft->bodies[i];
     shcd_body_def *def = &draft->body_defs[i];
     *def = blank;
-    enum { NAME, MODEL, ELLIPSOID, POSE, EFFECTS, ACCURACY };
+    const material *made_of = NULL;
+    enum { NAME, MODEL, ELLIPSOID, POSE, MATERIAL, EFFECTS, ACCURACY };
     yaml_field fields[] = {
         [NAME] = {"name", "a name, like liver", NULL}, [MODEL] = {"model", NULL, NULL},
         [ELLIPSOID] = {"ellipsoid", NULL, NULL},       [POSE] = {"pose", NULL, NULL},
-        [EFFECTS] = {"effects", NULL, NULL},           [ACCURACY] = {"accuracy", NULL, NULL}};
+        [MATERIAL] = {"material", NULL, NULL},         [EFFECTS] = {"effects", NULL, NULL},
+        [ACCURACY] = {"accuracy", NULL, NULL}};
     if (!yaml_fields(draft->tree, node, "key", fields, COUNT(fields)) ||
         !yaml_text(draft->tree, fields[NAME].node, NAME_BYTES_MAX, &def->name) ||
         !check_new(draft->tree, fields[NAME].node, names, i, "the body name")) {
@@ -228,11 +143,16 @@ static bool read_body(scene_draft *draft, const yaml_node *node, const yaml_node
                                 "a body has one shape, either model or ellipsoid; remove one");
     }
     body->shape = model != NULL ? model : ellipsoid;
+    draft->effects[i] = fields[EFFECTS].node;
     return (model == NULL || read_model_path(draft->tree, model, body)) &&
            (ellipsoid == NULL || read_ellipsoid(draft->tree, ellipsoid, body)) &&
            (fields[POSE].node == NULL ||
             read_pose(draft->tree, fields[POSE].node, &def->body_in_world)) &&
-           (fields[EFFECTS].node == NULL || read_effects(draft, fields[EFFECTS].node, def)) &&
+           (fields[MATERIAL].node == NULL ||
+            material_read(draft->tree, fields[MATERIAL].node, &made_of)) &&
+           ((fields[EFFECTS].node == NULL && made_of == NULL) ||
+            scene_effects_read(draft->tree, fields[EFFECTS].node, fields[MATERIAL].node, made_of,
+                               &draft->device, def, &body->law)) &&
            (fields[ACCURACY].node == NULL ||
             scene_accuracy_read(draft->tree, fields[ACCURACY].node, &body->accuracy));
 }
@@ -253,18 +173,27 @@ static bool read_bodies(scene_draft *draft, const yaml_node *list) {
 
 /* ---- tools ----------------------------------------------------------------------------------- */
 
-/* All points of a shell together feel k / contact_share: no more than the device renders. */
-static bool check_share(const scene_draft *draft, const tool_shape *shape) {
-    const double limit = draft->device->stiffness_max_n_per_m;
-    const double together = draft->stiffest_n_per_m / shape->contact_share;
-    if (shape->share_node == NULL || together <= limit) {
+/* What the tool meets, and of a shell all points together, k / contact_share: no more than the
+ * device renders. */
+static bool check_laws(const scene_draft *draft, const tool_shape *shape, const char *tool) {
+    const double limit = draft->device.stiffness_limit_n_per_m;
+    const double force_n = draft->device.profile->force_max_n;
+    double stiffest = 0.0;
+    for (size_t b = 0; b < draft->n_bodies; b++) {
+        const scene_law *law = &draft->bodies[b].law;
+        if (!scene_law_check(draft->tree, law, &draft->device, tool, shape->geometry.radius_m)) {
+            return false;
+        }
+        stiffest = fmax(stiffest, scene_law_stiffness(law, 0.0, force_n));
+    }
+    if (shape->share_node == NULL || stiffest / shape->contact_share <= limit) {
         return true;
     }
     return yaml_fail(draft->tree, shape->share_node,
                      "with a stiffness of %.9g N/m all points together give %.9g N/m, more than "
                      "device %s renders, must be at least %.9g",
-                     draft->stiffest_n_per_m, together, draft->device->name,
-                     draft->stiffest_n_per_m / limit);
+                     stiffest, stiffest / shape->contact_share, draft->device.profile->name,
+                     stiffest / limit);
 }
 
 static bool read_tool(scene_draft *draft, const yaml_node *node, const yaml_node **names,
@@ -293,7 +222,7 @@ static bool read_tool(scene_draft *draft, const yaml_node *node, const yaml_node
     }
     def->evaluations_max = evaluations_max;
     return tool_shape_read(draft->tree, fields[SHAPE].node, &draft->shapes[i]) &&
-           check_share(draft, &draft->shapes[i]);
+           check_laws(draft, &draft->shapes[i], def->name);
 }
 
 static bool read_tools(scene_draft *draft, const yaml_node *list) {
@@ -313,41 +242,17 @@ static bool read_tools(scene_draft *draft, const yaml_node *list) {
 
 /* ---- the whole ------------------------------------------------------------------------------- */
 
-static bool read_device(scene_draft *draft, const yaml_node *node) {
-    const char *name = NULL;
-    char known[256] = "";
-    size_t used = 0;
-    if (!yaml_text(draft->tree, node, NAME_BYTES_MAX, &name)) {
-        return false;
-    }
-    for (const device_profile *p = device_profiles; p->name != NULL; p++) {
-        if (strcmp(p->name, name) == 0) {
-            draft->device = p;
-            return true;
-        }
-        if (used < sizeof known) {
-            const int n = snprintf(known + used, sizeof known - used, "%s%s",
-                                   p == device_profiles ? "" : ", ", p->name);
-            used += n > 0 ? (size_t)n : 0;
-        }
-    }
-    return yaml_fail(draft->tree, node, "unknown device '%s'; known: %s", name, known);
-}
-
 static bool read_scene(scene_draft *draft) {
-    enum { RATE, DEVICE, BODIES, TOOLS };
+    enum { RATE, DEVICE, BODIES, TOOLS, PASSIVITY };
     yaml_field fields[] = {
         [RATE] = {"rate_hz", NULL, NULL},
         [DEVICE] = {"device", NULL, NULL},
         [BODIES] = {"bodies", "a list of bodies (or [])", NULL},
-        [TOOLS] = {"tools", "a list of tools, like [{id: 0, name: probe, shape: point}]", NULL}};
-    draft->rate_hz = CONFIG_RATE_DEFAULT_HZ;
-    draft->device = &device_profiles[0];
+        [TOOLS] = {"tools", "a list of tools, like [{id: 0, name: probe, shape: point}]", NULL},
+        [PASSIVITY] = {"passivity", NULL, NULL}};
     return yaml_fields(draft->tree, draft->tree->root, "key", fields, COUNT(fields)) &&
-           (fields[RATE].node == NULL ||
-            yaml_number(draft->tree, fields[RATE].node, CONFIG_RATE_MIN_HZ, CONFIG_RATE_MAX_HZ,
-                        "Hz", &draft->rate_hz)) &&
-           (fields[DEVICE].node == NULL || read_device(draft, fields[DEVICE].node)) &&
+           scene_device_read(draft->tree, fields[RATE].node, fields[DEVICE].node,
+                             fields[PASSIVITY].node, &draft->device) &&
            read_bodies(draft, fields[BODIES].node) && read_tools(draft, fields[TOOLS].node);
 }
 
@@ -409,8 +314,9 @@ static bool make_model(scene_draft *draft, daemon_config *config, size_t i) {
 static bool make_config(scene_draft *draft, daemon_config *config) {
     shcd_error problem = {SHCD_OK, ""};
     shcd_scene_def def = SHCD_SCENE_DEF_INIT;
-    config->rate_hz = draft->rate_hz;
-    config->device = draft->device;
+    config->rate_hz = draft->device.rate_hz;
+    config->device = draft->device.profile;
+    config->reserve_j = draft->device.reserve_j;
     memcpy(config->tool_ids, draft->tool_ids, sizeof config->tool_ids);
     for (size_t i = 0; i < draft->n_bodies; i++) {
         if (!make_model(draft, config, i)) {
@@ -428,7 +334,8 @@ static bool make_config(scene_draft *draft, daemon_config *config) {
     def.tools = draft->tool_defs;
     def.n_tools = draft->n_tools;
     return shcd_scene_create(&def, NULL, &config->scene, &problem) == SHCD_OK ||
-           yaml_fail(draft->tree, NULL, "%s", problem.message);
+           scene_effects_fail(draft->tree, draft->effects, draft->body_defs, draft->n_bodies,
+                              problem.message);
 }
 
 static bool load(yaml_tree *tree, daemon_config *config) {

@@ -34,6 +34,12 @@ shared *shared_create(const daemon_config *config) {
         return NULL;
     }
     memset(s, 0, sizeof *s);
+    if (!deform_create(config, &s->deforms)) {
+        close(wake_fd);
+        free(memory);
+        free(s);
+        return NULL;
+    }
     memset(memory, 0, total);
     s->config = config;
     s->wake_fd = wake_fd;
@@ -53,6 +59,7 @@ shared *shared_create(const daemon_config *config) {
 void shared_free(shared *s) {
     if (s != NULL) {
         close(s->wake_fd);
+        deform_free(&s->deforms);
         free(s->memory);
         free(s);
     }

@@ -28,6 +28,7 @@ typedef struct shared {
     ring inbound;                  /* shcdmsg_command_t */
     ring commands;                 /* tick_command */
     mailbox stats;                 /* loop_stats */
+    deform_boxes deforms;          /* loop -> publish: shapes of soft bodies */
     rx_counters counters;
     int wake_fd; /* eventfd: there is something to publish */
     _Atomic bool stop_loop;

@@ -7,6 +7,7 @@
 #ifndef SHCDD_STATUS_H
 #define SHCDD_STATUS_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -32,6 +33,28 @@ void histogram_octaves(const histogram *h, int64_t octaves[HISTOGRAM_OCTAVES]);
 
 typedef enum loop_state { LOOP_RUNNING = 1, LOOP_DEGRADED = 2, LOOP_STOPPING = 3 } loop_state;
 
+/** The energy of all tools together, from the start of the loop [J]. */
+typedef struct tick_energy {
+    double given_j, taken_j; /* against the published forces */
+    double output_chain_j;
+    double stored_j;       /* now */
+    double driven_j;       /* brought in by what drives a body */
+    double reserve_left_j; /* of the tool with the least; -1: no controller */
+    int64_t passivity_ticks;
+} tick_energy;
+
+/** What an effect has cost, from the start of the loop, in time and in energy. */
+typedef struct effect_time {
+    double sum_ns, max_ns;
+    double energy_j; /* that its force took up from the hands */
+    double stored_j; /* now */
+    double driven_j;
+    int64_t n;
+    bool is_active; /* it acted in the last tick */
+} effect_time;
+
+#define LOOP_EFFECTS_MAX 256 /* that a status message describes */
+
 /** What the loop knows about itself; owned by it, handed out by copy. */
 typedef struct loop_stats {
     int64_t utime_ns;
@@ -43,6 +66,9 @@ typedef struct loop_stats {
     int64_t missed_events;
     int64_t self_overruns;
     int64_t tx_dropped;
+    tick_energy energy;
+    size_t n_effects;
+    effect_time effects[LOOP_EFFECTS_MAX];
     histogram wake;
     histogram compute;
 } loop_stats;

@@ -6,9 +6,12 @@
 #define SHCDD_TICK_H
 
 #include "config.h"
+#include "deform.h"
 #include "exchange.h"
 #include "messages.h"
+#include "passivity.h"
 #include "safety.h"
+#include "status.h"
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -30,13 +33,17 @@ typedef enum tick_flag {
     TICK_TRUNCATED = 1024,
     TICK_SIGN_UNSURE = 2048,
     TICK_LATE = 4096,
-    TICK_FINAL = 8192
+    TICK_FINAL = 8192,
+    TICK_EXTRAPOLATED = 16384
 } tick_flag;
 
 /** A command that needs the loop. */
 typedef struct tick_command {
     int64_t client_id, cmd_id;
-    int32_t op; /* COMMAND_T_RESET or COMMAND_T_ZERO_FORCE */
+    int32_t op;    /* COMMAND_T_RESET, _ZERO_FORCE or _SET_EFFECT */
+    size_t effect; /* of the scene; the rest is of SET_EFFECT, too */
+    bool is_on;
+    double ramp_s;
 } tick_command;
 
 /** Its confirmation. */
@@ -57,6 +64,7 @@ typedef struct tool_result {
     shcd_vec3 proxy_m;
     shcd_vec3 normal;
     double penetration_m;
+    double displacement_m;
     int32_t body; /* -1: none */
     bool due;     /* false: nobody needs this one, see TICK_IDLE_NS */
 } tool_result;
@@ -72,8 +80,13 @@ typedef struct tick_record {
 /** Between ticks, for one tool. */
 typedef struct tick_tool {
     safety_state safety;
-    bool zeroed;       /* zero-force command holds */
-    bool was_disabled; /* FORCE_ENABLE was seen off since then */
+    passivity_state passivity;
+    shcd_ledger ledger;
+    int64_t counted_ns; /* when the last pose of the ledger arrived */
+    bool in_debt;       /* more was taken than the reserve: fades out, starts anew */
+    bool is_starting;   /* the gain was below 1 */
+    bool zeroed;        /* zero-force command holds */
+    bool was_disabled;  /* FORCE_ENABLE was seen off since then */
     uint32_t flags_published;
     int64_t published_ns;
 } tick_tool;
@@ -84,6 +97,18 @@ typedef struct tick_core {
     ring *commands; /* of tick_command, in */
     ring *applied;  /* of tick_applied, out */
     safety_limits limits;
+    passivity_limits passivity;
+    int64_t passivity_ticks;
+    size_t n_effects;
+    shcd_effect_output *effects; /* of the last tick */
+    effect_time *effect_times;
+    shcd_vec3 *effect_forces_n; /* of the last tick, [tool * n_effects + effect] */
+    double *effect_energy_j;    /* that each effect's force took up from the hands */
+    double stored_j;            /* by all effects */
+    double driven_j;            /* brought in by all effects */
+    deform_boxes *deforms;      /* NULL: nobody looks */
+    size_t deform_body;         /* the next one */
+    int64_t deform_ns[SHCD_BODIES_MAX];
     int64_t period_ns;
     size_t n_tools;
     void *memory; /* of the state */
@@ -109,5 +134,8 @@ void tick_free(tick_core *core);
  *  out; @return true once they are zero: `record` then is the last one and marked FINAL. Real-time
  *  safe. */
 bool tick_run(tick_core *core, int64_t now_ns, int64_t missed, bool stop, tick_record *record);
+
+/** Sums the tools' accounts. Real-time safe. */
+tick_energy tick_energy_of(const tick_core *core);
 
 #endif

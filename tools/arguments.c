@@ -83,6 +83,17 @@ int arguments_status(int key) {
     return key == ARGUMENTS_HELPED ? STATUS_DONE : STATUS_USAGE;
 }
 
+int arguments_take(arguments *a, int argc, char **argv, arguments_taker *take, void *request) {
+    int key;
+    arguments_begin(a, argc, argv);
+    while ((key = arguments_next(a)) > 0) {
+        if (!take(request, key, a->value)) {
+            return STATUS_USAGE;
+        }
+    }
+    return key == ARGUMENTS_END ? -1 : arguments_status(key);
+}
+
 const char *arguments_operand(const arguments *a, const char *name) {
     if (optind >= a->argc) {
         report_usage("%s is missing", name);

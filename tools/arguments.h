@@ -27,6 +27,13 @@ void arguments_begin(arguments *a, int argc, char **argv);
  *  reported (ARGUMENTS_BAD). */
 int arguments_next(arguments *a);
 
+/** Takes one option into the request; false: reported. */
+typedef bool arguments_taker(void *request, int key, const char *value);
+
+/** Starts as arguments_begin() and takes all options. Returns an exit status, or -1 if the command
+ *  is to go on. */
+int arguments_take(arguments *a, int argc, char **argv, arguments_taker *take, void *request);
+
 /** Exit status for a negative result of arguments_next(). */
 int arguments_status(int key);
 

@@ -41,6 +41,20 @@ bool body_describe(const shcd_model *model, shcd_model_info *info) {
     return status == SHCD_OK;
 }
 
+bool body_definition(const shcd_model *model, shcd_model_info *info, shcd_model_def *definition) {
+    if (!body_describe(model, info)) {
+        return false;
+    }
+    definition->degree = shcd_model_degree(model);
+    definition->coefficients = shcd_model_coefficients(model);
+    definition->fit = info->fit.n_triangles > 0 ? &info->fit : NULL;
+    definition->cost_rows = shcd_model_cost_rows(model, &definition->n_cost_rows);
+    definition->cost_machine = shcd_model_cost_machine(model);
+    definition->modes = shcd_model_modes(model);
+    definition->learned = shcd_model_learned(model);
+    return true;
+}
+
 bool body_save(const shcd_model *model, const char *path) {
     shcd_error error = {SHCD_OK, ""};
     const shcd_status status = shcd_model_save(model, path, &error);

@@ -16,6 +16,10 @@ shcd_model *body_load(const char *path);
 /** False: reported. */
 bool body_describe(const shcd_model *model, shcd_model_info *info);
 
+/** Fills a definition with all that the model carries, for a copy with a change. It borrows from
+ * the model and from *info. False: reported. */
+bool body_definition(const shcd_model *model, shcd_model_info *info, shcd_model_def *definition);
+
 /** Saves and reports a failure; on failure no file is left. */
 bool body_save(const shcd_model *model, const char *path);
 

@@ -5,6 +5,7 @@
 #include "body.h"
 #include "commands.h"
 #include "cost_report.h"
+#include "gnuplot.h"
 #include "number.h"
 #include "output.h"
 #include "report.h"
@@ -26,7 +27,8 @@ typedef struct cost_request {
 } cost_request;
 
 /* False: reported. */
-static bool take_option(cost_request *request, int key, const char *value) {
+static bool take_option(void *user, int key, const char *value) {
+    cost_request *request = user;
     cost_settings *settings = &request->settings;
     switch (key) {
     case OPTION_MESH:
@@ -75,20 +77,14 @@ static bool take_option(cost_request *request, int key, const char *value) {
 /* Returns an exit status, or -1 if the command is to go on. */
 static int parse_request(int argc, char **argv, cost_request *request) {
     arguments a;
-    int key;
-    arguments_begin(&a, argc, argv);
-    while ((key = arguments_next(&a)) > 0) {
-        if (!take_option(request, key, a.value)) {
-            return STATUS_USAGE;
-        }
-    }
-    if (key != ARGUMENTS_END) {
-        return arguments_status(key);
+    const int status = arguments_take(&a, argc, argv, take_option, request);
+    if (status >= 0) {
+        return status;
     }
     if (request->settings.unit_m > 0.0 && request->settings.mesh_path == NULL) {
         return report_usage("--unit has a meaning with --mesh only");
     }
-    if (request->plot != NULL && cost_plot_format_of(request->plot) == COST_PLOT_UNKNOWN) {
+    if (request->plot != NULL && gnuplot_format_of(request->plot) == GNUPLOT_UNKNOWN) {
         return report_usage("--plot %s: the name must end in .svg or .png", request->plot);
     }
     request->settings.body_path = arguments_operand(&a, "BODY.shcd");
@@ -125,7 +121,7 @@ static bool check_outputs(const cost_request *request) {
             return false;
         }
     }
-    return request->plot == NULL || cost_plot_check();
+    return request->plot == NULL || gnuplot_check();
 }
 
 /* False: reported, and no file is left. */
@@ -134,7 +130,7 @@ static bool write_plot(const char *path, const cost_machine *machine, const cost
     if (!output_open(&plot, path)) {
         return false;
     }
-    if (!cost_plot_draw(plot.file, cost_plot_format_of(path), machine, result)) {
+    if (!cost_plot_draw(plot.file, gnuplot_format_of(path), machine, result)) {
         output_abandon(&plot);
         return false;
     }

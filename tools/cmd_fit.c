@@ -30,6 +30,7 @@ typedef struct fit_request {
     int degree_max; /**< 0: not given */
     double tolerance_m;
     double area_weight;
+    int n_modes; /**< -1: not given */
     import_limits import;
     bool quiet;
 } fit_request;
@@ -47,7 +48,8 @@ static bool take_import_limit(fit_request *request, int key, const char *value) 
 }
 
 /* False: reported. */
-static bool take_option(fit_request *request, int key, const char *value) {
+static bool take_option(void *user, int key, const char *value) {
+    fit_request *request = user;
     switch (key) {
     case OPTION_OUTPUT:
         request->body = value;
@@ -64,6 +66,12 @@ static bool take_option(fit_request *request, int key, const char *value) {
                                   key == OPTION_DEGREE ? &request->degree : &request->degree_max)) {
             report_usage("--degree%s %s: must be 1 to %d", key == OPTION_DEGREE ? "" : "-max",
                          value, SHCD_DEGREE_MAX);
+            return false;
+        }
+        return true;
+    case OPTION_MODES:
+        if (!number_parse_integer(value, 0, SHCD_MODES_MAX, &request->n_modes)) {
+            report_usage("--modes %s: must be 0 to %d", value, SHCD_MODES_MAX);
             return false;
         }
         return true;
@@ -94,15 +102,9 @@ static bool take_option(fit_request *request, int key, const char *value) {
 /* Returns an exit status, or -1 if the command is to go on. */
 static int parse_request(int argc, char **argv, fit_request *request) {
     arguments a;
-    int key;
-    arguments_begin(&a, argc, argv);
-    while ((key = arguments_next(&a)) > 0) {
-        if (!take_option(request, key, a.value)) {
-            return STATUS_USAGE;
-        }
-    }
-    if (key != ARGUMENTS_END) {
-        return arguments_status(key);
+    const int status = arguments_take(&a, argc, argv, take_option, request);
+    if (status >= 0) {
+        return status;
     }
     request->mesh = arguments_operand(&a, "MESH");
     if (request->mesh == NULL) {
@@ -174,6 +176,7 @@ static shcd_model *fit_mesh(const fit_request *request, const shcd_mesh *mesh, f
     options.tolerance_m = request->tolerance_m;
     options.area_weight = request->area_weight;
     options.unit_m = request->unit_m;
+    options.n_modes = request->n_modes;
     options.progress = progress_update;
     options.progress_user = &line;
     shcd_model *model = NULL;
@@ -184,10 +187,16 @@ static shcd_model *fit_mesh(const fit_request *request, const shcd_mesh *mesh, f
         report_failure("%s: %s", request->mesh, report_reason(status, &error));
         return NULL;
     }
+    if (result->fit.modes_error.status != SHCD_OK && request->n_modes > 0) {
+        report_failure("%s: %s", request->mesh, result->fit.modes_error.message);
+        shcd_model_free(model);
+        return NULL;
+    }
     if (!body_describe(model, &result->model)) {
         shcd_model_free(model);
         return NULL;
     }
+    result->modes = shcd_model_modes(model);
     return model;
 }
 
@@ -228,7 +237,7 @@ static bool write_results(const fit_request *request, const shcd_model *model,
 }
 
 int command_fit(int argc, char **argv) {
-    fit_request request = {.unit_m = 1.0};
+    fit_request request = {.unit_m = 1.0, .n_modes = -1};
     const int status = parse_request(argc, argv, &request);
     if (status >= 0) {
         return status;
@@ -254,9 +263,9 @@ int command_fit(int argc, char **argv) {
     }
     result.time_s = now_s() - start_s;
     const bool written = write_results(&request, model, &result);
-    shcd_model_free(model);
     if (written) {
         fit_report_warnings(&result);
     }
+    shcd_model_free(model);
     return written ? STATUS_DONE : STATUS_FAILED;
 }

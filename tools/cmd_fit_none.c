@@ -1,12 +1,15 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* `shcd fit` in a build without libshcd-fit: the options are still checked, then it refuses. */
+/* `shcd fit`, `shcd modes` and `shcd train` in a build without libshcd-fit: the options are still
+ * checked, then it refuses. */
 #include "arguments.h"
 #include "commands.h"
 #include "report.h"
 
-const char command_fit_build[] = "without libshcd-fit: 'shcd fit' is not available";
+const char command_fit_build[] =
+    "without libshcd-fit: 'shcd fit', 'shcd modes' and 'shcd train' are not available";
 
-int command_fit(int argc, char **argv) {
+/* Returns an exit status. */
+static int refuse(int argc, char **argv, const char *what) {
     arguments a;
     int key;
     arguments_begin(&a, argc, argv);
@@ -16,5 +19,18 @@ int command_fit(int argc, char **argv) {
         return arguments_status(key);
     }
     return report_failure("this build has no libshcd-fit (it was configured with "
-                          "SHCD_BUILD_FIT=OFF), so meshes cannot be fitted");
+                          "SHCD_BUILD_FIT=OFF), so %s",
+                          what);
+}
+
+int command_fit(int argc, char **argv) {
+    return refuse(argc, argv, "meshes cannot be fitted");
+}
+
+int command_modes(int argc, char **argv) {
+    return refuse(argc, argv, "modes cannot be computed");
+}
+
+int command_train(int argc, char **argv) {
+    return refuse(argc, argv, "nothing can be trained");
 }

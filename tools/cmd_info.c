@@ -2,6 +2,8 @@
 /* `shcd info`: all of shcd_model_info, for people or as JSON. */
 #include "arguments.h"
 #include "body.h"
+#include "body_learned.h"
+#include "body_modes.h"
 #include "commands.h"
 #include "report.h"
 
@@ -28,7 +30,7 @@ static void print_fit(const shcd_fit_record *fit) {
     printf("%-22s%.3g s\n", "  time", fit->fit_time_s);
 }
 
-static void print_info(const char *path, const shcd_model_info *info) {
+static void print_info(const char *path, const shcd_model_info *info, const shcd_model *model) {
     printf("%-22s%s\n", "body", path);
     printf("%-22s%d (%zu harmonics)\n", "degree", (int)info->degree, SHCD_COUNT(info->degree));
     print_vector("box from", info->box_min_m);
@@ -55,14 +57,18 @@ static void print_info(const char *path, const shcd_model_info *info) {
         body_print_length(stdout, "  bilinear bound", info->map_bilinear_bound_m, info->diagonal_m);
         body_print_length(stdout, "  Hermite bound", info->map_hermite_bound_m, info->diagonal_m);
     }
+    body_print_modes(stdout, shcd_model_modes(model));
+    body_print_learned(stdout, shcd_model_learned(model));
     print_fit(&info->fit);
 }
 
-static void write_json(const char *path, const shcd_model_info *info) {
+static void write_json(const char *path, const shcd_model_info *info, const shcd_model *model) {
     json_writer json;
     json_begin(&json, stdout);
     json_string(&json, "file", path);
     body_write_json(&json, info);
+    body_write_modes(&json, shcd_model_modes(model));
+    body_write_learned(&json, shcd_model_learned(model));
     json_end(&json);
 }
 
@@ -87,14 +93,11 @@ int command_info(int argc, char **argv) {
     }
     shcd_model_info info;
     const bool described = body_describe(model, &info);
+    if (described && as_json) {
+        write_json(path, &info, model);
+    } else if (described) {
+        print_info(path, &info, model);
+    }
     shcd_model_free(model);
-    if (!described) {
-        return STATUS_FAILED;
-    }
-    if (as_json) {
-        write_json(path, &info);
-    } else {
-        print_info(path, &info);
-    }
-    return STATUS_DONE;
+    return described ? STATUS_DONE : STATUS_FAILED;
 }

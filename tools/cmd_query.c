@@ -64,7 +64,8 @@ static bool parse_tier(const char *text, int *tier) {
 }
 
 /* False: reported. */
-static bool parse_option(int key, const char *value, query_request *request) {
+static bool take_option(void *user, int key, const char *value) {
+    query_request *request = user;
     switch (key) {
     case OPTION_TOLERANCE:
         if (!number_parse_length(value, &request->tolerance_m)) {
@@ -96,15 +97,9 @@ static bool parse_option(int key, const char *value, query_request *request) {
 /* Returns an exit status, or -1 if the command is to go on. */
 static int parse_request(int argc, char **argv, query_request *request) {
     arguments a;
-    int key;
-    arguments_begin(&a, argc, argv);
-    while ((key = arguments_next(&a)) > 0) {
-        if (!parse_option(key, a.value, request)) {
-            return STATUS_USAGE;
-        }
-    }
-    if (key != ARGUMENTS_END) {
-        return arguments_status(key);
+    const int status = arguments_take(&a, argc, argv, take_option, request);
+    if (status >= 0) {
+        return status;
     }
     if (request->tier == SHCD_TIER_MAP && request->tolerance_m > 0.0) {
         return report_usage("--tolerance has no meaning with --tier map");

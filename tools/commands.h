@@ -5,6 +5,9 @@
 #define SHCD_TOOLS_COMMANDS_H
 
 int command_fit(int argc, char **argv);
+int command_modes(int argc, char **argv);
+int command_train(int argc, char **argv);
+int command_effects(int argc, char **argv);
 int command_info(int argc, char **argv);
 int command_query(int argc, char **argv);
 int command_surface(int argc, char **argv);

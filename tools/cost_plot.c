@@ -1,47 +1,13 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The data are written in front of cost_plot.gp, and gnuplot gets the whole on its standard input;
- * the picture comes on its standard output. Ordinary files on both sides: no pipe that could break,
- * no name that would need quotes. */
+/* The data of `shcd cost --plot`, written in front of cost_plot.gp. */
 #include "cost_report.h"
-
-#include "report.h"
 
 #include "cost_plot_script.h"
 
-#include <errno.h>
-#include <limits.h>
 #include <math.h>
 #include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
-static bool ends_with(const char *text, const char *end) {
-    const size_t n = strlen(text), n_end = strlen(end);
-    return n > n_end && strcmp(text + n - n_end, end) == 0;
-}
-
-enum cost_plot_format cost_plot_format_of(const char *path) {
-    return ends_with(path, ".svg")   ? COST_PLOT_SVG
-           : ends_with(path, ".png") ? COST_PLOT_PNG
-                                     : COST_PLOT_UNKNOWN;
-}
-
-bool cost_plot_check(void) {
-    const char *folder = getenv("PATH");
-    while (folder != NULL && *folder != '\0') {
-        char path[PATH_MAX];
-        const size_t length = strcspn(folder, ":");
-        snprintf(path, sizeof path, "%.*s/gnuplot", (int)length, folder);
-        if (access(path, X_OK) == 0) {
-            return true;
-        }
-        folder += length + (folder[length] == ':' ? 1 : 0);
-    }
-    report_failure("--plot needs gnuplot, which is not in the PATH");
-    return false;
-}
 
 /* One line of data: time on the path [ns], memory [KB], error [mm], a label. An error that the
  * truth does not resolve stands at the bottom line of the plot, which is `floor_mm`. */
@@ -144,25 +110,21 @@ static void write_front(FILE *file, const cost_result *result, const error_axis 
     }
 }
 
-/* Text of a string in double quotes; gnuplot's markup characters are dropped with the rest that
- * is not plain. */
-static void write_text(FILE *file, const char *name, const char *text) {
-    fprintf(file, "%s = \"", name);
-    for (const char *c = text; *c != '\0'; c++) {
-        const bool plain = *c >= ' ' && *c <= '~' && strchr("\"\\{}^_@&~`", *c) == NULL;
-        fputc(plain ? *c : ' ', file);
-    }
-    fputs("\"\n", file);
-}
+typedef struct cost_plot {
+    enum gnuplot_format format;
+    const cost_machine *machine;
+    const cost_result *result;
+} cost_plot;
 
-static void write_program(FILE *file, enum cost_plot_format format, const cost_machine *machine,
-                          const cost_result *result) {
+static void write_program(FILE *file, const void *user) {
+    const cost_plot *plot = user;
+    const cost_result *result = plot->result;
     const error_axis axis = find_axis(result);
     const char *path = result->settings->body_path;
     const char *slash = strrchr(path, '/');
-    fprintf(file, "is_png = %d\n", format == COST_PLOT_PNG ? 1 : 0);
-    write_text(file, "body", slash != NULL ? slash + 1 : path);
-    write_text(file, "cpu", machine->cpu);
+    fprintf(file, "is_png = %d\n", plot->format == GNUPLOT_PNG ? 1 : 0);
+    gnuplot_write_text(file, "body", slash != NULL ? slash + 1 : path);
+    gnuplot_write_text(file, "cpu", plot->machine->cpu);
     fprintf(file,
             "degree = %d\ndiagonal_mm = %.6g\nband_mm = %.6g\nfloor_mm = %.6g\nlow_mm = %.6g\n"
             "high_mm = %.6g\nbottom_mm = %.6g\n",
@@ -188,67 +150,8 @@ static void write_program(FILE *file, enum cost_plot_format format, const cost_m
     }
 }
 
-/* Only what may be called between fork() and exec(). */
-static void become_gnuplot(int program, int picture, int complaints) {
-    if (dup2(program, STDIN_FILENO) >= 0 && dup2(picture, STDOUT_FILENO) >= 0 &&
-        dup2(complaints, STDERR_FILENO) >= 0) {
-        execlp("gnuplot", "gnuplot", "-", (char *)NULL);
-    }
-    _exit(127);
-}
-
-/* False: gnuplot did not end well, or the system could not start it. */
-static bool run_gnuplot(FILE *program, FILE *picture, FILE *complaints) {
-    int status = 0;
-    const pid_t child = fork();
-    if (child == 0) {
-        become_gnuplot(fileno(program), fileno(picture), fileno(complaints));
-    }
-    if (child < 0) {
-        return false;
-    }
-    while (waitpid(child, &status, 0) < 0) {
-        if (errno != EINTR) {
-            return false;
-        }
-    }
-    return WIFEXITED(status) && WEXITSTATUS(status) == 0;
-}
-
-/* The first line that says something. */
-static void report_complaint(FILE *complaints) {
-    char line[200];
-    rewind(complaints);
-    while (fgets(line, sizeof line, complaints) != NULL) {
-        const size_t length = strcspn(line, "\n");
-        if (length > strspn(line, " \t^")) {
-            report_failure("gnuplot: %.*s", (int)length, line);
-            return;
-        }
-    }
-    report_failure("gnuplot failed");
-}
-
-bool cost_plot_draw(FILE *file, enum cost_plot_format format, const cost_machine *machine,
+bool cost_plot_draw(FILE *file, enum gnuplot_format format, const cost_machine *machine,
                     const cost_result *result) {
-    FILE *program = tmpfile();
-    FILE *complaints = tmpfile();
-    bool good = program != NULL && complaints != NULL;
-    if (good) {
-        write_program(program, format, machine, result);
-        good = fflush(program) == 0 && fseek(program, 0, SEEK_SET) == 0 && !ferror(program);
-    }
-    if (!good) {
-        report_failure("no temporary file for the plot: %s", strerror(errno));
-    } else if (!run_gnuplot(program, file, complaints)) {
-        report_complaint(complaints);
-        good = false;
-    }
-    if (program != NULL) {
-        fclose(program);
-    }
-    if (complaints != NULL) {
-        fclose(complaints);
-    }
-    return good;
+    const cost_plot plot = {format, machine, result};
+    return gnuplot_draw(file, write_program, &plot);
 }

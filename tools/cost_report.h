@@ -5,6 +5,7 @@
 
 #include "cost_machine.h"
 #include "cost_run.h"
+#include "gnuplot.h"
 
 #include <stdio.h>
 
@@ -15,16 +16,8 @@ void cost_report_json(FILE *file, const cost_machine *machine, const cost_result
 bool cost_save(const char *path, const shcd_model *model, const cost_machine *machine,
                const cost_result *result);
 
-/** True if gnuplot can be run; else reported. */
-bool cost_plot_check(void);
-
-enum cost_plot_format { COST_PLOT_SVG, COST_PLOT_PNG, COST_PLOT_UNKNOWN };
-
-/** By the ending of the name. */
-enum cost_plot_format cost_plot_format_of(const char *path);
-
 /** Draws into an open file, at whose start nothing is written yet. False: reported. */
-bool cost_plot_draw(FILE *file, enum cost_plot_format format, const cost_machine *machine,
+bool cost_plot_draw(FILE *file, enum gnuplot_format format, const cost_machine *machine,
                     const cost_result *result);
 
 #endif

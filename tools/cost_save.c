@@ -56,12 +56,14 @@ bool cost_save(const char *path, const shcd_model *model, const cost_machine *ma
                const cost_result *result) {
     shcd_cost_row rows[COST_CONTENDERS_MAX];
     char name[SHCD_COST_MACHINE_SIZE];
+    shcd_model_info info;
     shcd_model_def definition = SHCD_MODEL_DEF_INIT;
+    if (!body_definition(model, &info, &definition)) {
+        return false;
+    }
     machine_name(machine, name);
-    definition.degree = result->info.degree;
-    definition.coefficients = shcd_model_coefficients(model);
-    definition.fit = result->info.fit.n_triangles > 0 ? &result->info.fit : NULL;
     definition.cost_rows = rows;
+    definition.n_cost_rows = 0;
     definition.cost_machine = name;
     for (size_t i = 0; i < result->lineup.n_contenders; i++) {
         const cost_row *row = &result->lineup.contender[i].row;

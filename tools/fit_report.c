@@ -3,6 +3,7 @@
 #include "fit_report.h"
 
 #include "body.h"
+#include "body_modes.h"
 #include "report.h"
 
 #include <inttypes.h>
@@ -50,6 +51,7 @@ void fit_report_text(FILE *file, const fit_result *r) {
             "flipped triangles", fit->n_flipped, fit->n_flipped_start, fit->n_untangle_iterations,
             fit->n_polish_iterations);
     body_print_topology(file, &r->model);
+    body_print_modes(file, r->modes);
     fprintf(file,
             "%-22s%.3g s (parameterization %.3g, coefficients %.3g, model %.3g, errors %.3g)\n",
             "time", r->time_s, fit->time_parameterize_s, fit->time_coefficients_s,
@@ -92,6 +94,7 @@ static void write_fit(json_writer *json, const shcd_fit_report *fit) {
     json_number(json, "time_coefficients_s", fit->time_coefficients_s);
     json_number(json, "time_model_s", fit->time_model_s);
     json_number(json, "time_error_s", fit->time_error_s);
+    json_number(json, "time_modes_s", fit->time_modes_s);
     body_write_fit_record(json, "record", &fit->record);
     json_close_object(json);
 }
@@ -112,6 +115,7 @@ void fit_report_json(FILE *file, const fit_result *r) {
     write_fit(&json, &r->fit);
     json_open_object(&json, "model");
     body_write_json(&json, &r->model);
+    body_write_modes(&json, r->modes);
     json_close_object(&json);
     json_end(&json);
 }
@@ -137,4 +141,7 @@ void fit_report_warnings(const fit_result *r) {
                        record->hausdorff_error_m, record->local_thickness_m);
     }
     body_warn_embedding(&r->model);
+    if (r->fit.modes_error.status != SHCD_OK) {
+        report_warning("the body has no modes: %s", r->fit.modes_error.message);
+    }
 }

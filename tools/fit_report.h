@@ -16,7 +16,8 @@ typedef struct fit_result {
     double import_rounding_m; /**< of the largest coordinate, in single precision */
     shcd_fit_report fit;
     shcd_model_info model;
-    double time_s; /**< wall clock, from opening the mesh to the finished model */
+    const shcd_modes *modes; /**< of the model; NULL: none */
+    double time_s;           /**< wall clock, from opening the mesh to the finished model */
 } fit_result;
 
 void fit_report_text(FILE *file, const fit_result *result);

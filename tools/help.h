@@ -7,7 +7,7 @@
 
 #include <stdio.h>
 
-#define HELP_OPTIONS_MAX 12
+#define HELP_OPTIONS_MAX 16
 
 /** Values of getopt_long(): a letter is a short option, too. */
 enum option_key {
@@ -33,7 +33,19 @@ enum option_key {
     OPTION_POINTS,
     OPTION_SEED,
     OPTION_STIFFNESS,
-    OPTION_QUICK
+    OPTION_QUICK,
+    OPTION_MODES,
+    OPTION_ANCHOR,
+    OPTION_SAMPLES,
+    OPTION_YOUNG,
+    OPTION_POISSON,
+    OPTION_BETA,
+    OPTION_PATCH,
+    OPTION_SUPPORT,
+    OPTION_DEPTH_MAX,
+    OPTION_N_SAMPLES,
+    OPTION_BODY,
+    OPTION_MARKDOWN
 };
 
 typedef struct option_help {

@@ -19,7 +19,8 @@ static const command commands[] = {
     {"fit", command_fit},       {"info", command_info},
     {"query", command_query},   {"surface", command_surface},
     {"create", command_create}, {"coefficients", command_coefficients},
-    {"cost", command_cost},
+    {"cost", command_cost},     {"modes", command_modes},
+    {"train", command_train},   {"effects", command_effects},
 };
 
 static void print_version(void) {

@@ -9,6 +9,7 @@
  * below both ends of its path. The segment from a point to its closest surface point runs along
  * the normal there, so that is the way to press and to leave. */
 #define _POSIX_C_SOURCE 200809L
+#include "shcdmsg_loop_status_t.h"
 #include "shcdmsg_tool_force_t.h"
 #include "shcdmsg_tool_pose_t.h"
 
@@ -21,24 +22,27 @@
 #include <time.h>
 
 static double tool = 0, from[3] = {-0.015, 0, 0.06}, to[3] = {0.015, 0, 0.06}, depth = 0.003;
-static double radius = 0, speed = 0.02, hold_s = 1, rate_hz = 1000;
+static double radius = 0, speed = 0.02, hold_s = 1, stay_s = 0, rate_hz = 1000;
 static const struct option {
     const char *name, *help;
     int n_values;
     double *value, min, max;
-} options[] = {{"--tool", "id of the tool in the scene", 1, &tool, 0, 255},
-               {"--radius", "its radius in the scene, 0 for a point [m]", 1, &radius, 0, 1},
-               {"--from", "x,y,z to start at, outside the body, world [m]", 3, from, -10, 10},
-               {"--to", "x,y,z to end at, likewise", 3, to, -10, 10},
-               {"--depth", "how deep to press at both ends of the slide [m]", 1, &depth, 0, 1},
-               {"--speed", "mean speed of each leg [m/s]", 1, &speed, 1e-4, 1},
-               {"--hold", "how long to hold still before leaving [s]", 1, &hold_s, 0, 3600},
-               {"--rate", "poses in a second [Hz]", 1, &rate_hz, 10, 10000},
-               {"--csv", "file for all answers", 0, NULL, 0, 0}};
+} options[] = {
+    {"--tool", "id of the tool in the scene", 1, &tool, 0, 255},
+    {"--radius", "its radius in the scene, 0 for a point [m]", 1, &radius, 0, 1},
+    {"--from", "x,y,z to start at, outside the body, world [m]", 3, from, -10, 10},
+    {"--to", "x,y,z to end at, likewise", 3, to, -10, 10},
+    {"--depth", "how deep to press at both ends of the slide [m]", 1, &depth, 0, 1},
+    {"--speed", "mean speed of each leg [m/s]", 1, &speed, 1e-4, 1},
+    {"--hold", "how long to hold still before leaving [s]", 1, &hold_s, 0, 3600},
+    {"--stay", "how long to stay after that, to see a soft body ring [s]", 1, &stay_s, 0, 3600},
+    {"--rate", "poses in a second [Hz]", 1, &rate_hz, 10, 10000},
+    {"--csv", "file for all answers", 0, NULL, 0, 0}};
 
 enum { SENT = 4096, TRIPS = 1000000, OPTIONS = sizeof options / sizeof *options };
 static lcm_t *lcm;
-static FILE *csv; /* in memory: no disk access while the loop runs */
+static double stored_j; /* by springs and bodies, from the last status message */
+static FILE *csv;       /* in memory: no disk access while the loop runs */
 static const char *csv_path;
 static int64_t seq, deadline_ns;         /* last pose sent, next point of the time grid */
 static shcdmsg_tool_pose_t sent[SENT];   /* the last ones, at seq modulo SENT */
@@ -88,7 +92,14 @@ static void on_force(const lcm_recv_buf_t *buffer, const char *channel,
     fprintf(csv, "%.6f,%" PRId64 ",%" PRId64 ",%.9g,%.9g,%.9g,%.12g,%.12g,%.12g,%.12g,%.12g",
             1e-6 * (double)(m->utime - first.utime), m->tick, m->tool_seq, p[0], p[1], p[2], f[0],
             f[1], f[2], m->penetration, dot(p, m->normal) - dot(m->proxy, m->normal));
-    fprintf(csv, ",%.6f,%d\n", 1e-6 * (double)trip_us, m->flags);
+    fprintf(csv, ",%.6f,%d,%.12g,%.12g\n", 1e-6 * (double)trip_us, m->flags, m->displacement,
+            stored_j);
+}
+
+static void on_status(const lcm_recv_buf_t *buffer, const char *channel,
+                      const shcdmsg_loop_status_t *m, void *user) {
+    (void)buffer, (void)channel, (void)user;
+    stored_j = m->stored_j;
 }
 
 /* Sends a pose, then takes forces until the next point of the time grid, and any still waiting. */
@@ -198,21 +209,31 @@ int main(int argc, char **argv) {
     }
     shcdmsg_tool_force_t_subscription_t *forces =
         shcdmsg_tool_force_t_subscribe(lcm, "SHCD_FORCE", on_force, NULL);
+    shcdmsg_loop_status_t_subscription_t *statuses =
+        shcdmsg_loop_status_t_subscribe(lcm, "SHCD_STATUS", on_status, NULL);
     /* a full queue drops the newest message: make it longer than any pause of this program */
     shcdmsg_tool_force_t_subscription_set_queue_capacity(forces, 10000);
     if ((csv = open_memstream(&table, &table_size)) == NULL) {
         die(1, "out of memory", "");
     }
-    fputs("time_s,tick,seq,x_m,y_m,z_m,fx_n,fy_n,fz_n,penetration_m,distance_m,rtt_s,flags\n", csv);
+    fputs("time_s,tick,seq,x_m,y_m,z_m,fx_n,fy_n,fz_n,penetration_m,distance_m,rtt_s,flags,"
+          "displacement_m,stored_j\n",
+          csv);
 
     const int64_t start_ns = deadline_ns = now_ns();
     ask(to, pressed_to);
     ask(from, pressed_from);
+    while ((last.flags & SHCDMSG_TOOL_FORCE_T_RAMP) != 0) {
+        tick(from, (const double[3]){0}); /* the soft start would take a part of the force */
+    }
     move(from, pressed_from, 0);
     move(pressed_from, pressed_to, 0);
     move(pressed_to, pressed_to, hold_s);
     const shcdmsg_tool_force_t held = last;
     move(pressed_to, to, 0);
+    if (stay_s > 0.0) {
+        move(to, to, stay_s);
+    }
 
     printf("poses       %" PRId64 " sent at %.1f Hz (%" PRId64 " late), %.2f %% answered\n", seq,
            1e9 * (double)seq / (double)(now_ns() - start_ns), n_late,
@@ -231,6 +252,7 @@ int main(int argc, char **argv) {
         die(1, "cannot write ", csv_path != NULL ? csv_path : "");
     }
     free(table);
+    shcdmsg_loop_status_t_unsubscribe(lcm, statuses);
     shcdmsg_tool_force_t_unsubscribe(lcm, forces);
     lcm_destroy(lcm);
     return 0;

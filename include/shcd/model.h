@@ -10,6 +10,7 @@
 #define SHCD_MODEL_H
 
 #include "shcd/base.h"
+#include "shcd/learned.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -66,6 +67,25 @@ typedef struct shcd_cost_row {
 /** Room for the name of the machine that a table was measured on, the ending zero included. */
 #define SHCD_COST_MACHINE_SIZE 96
 
+/** Most modes of a model. */
+#define SHCD_MODES_MAX 1024
+
+/** Modes of the body's true rest surface: phi_k(w) = sum_i v_ki Y_i(w) [1/m] with
+ *  -Lap_S phi_k + alpha phi_k = lambda_k phi_k in the space of the model's harmonics, and
+ *  int phi_j phi_k dA = 1 if j = k, else 0. docs/modes.md has the equation and its error. Frozen
+ *  layout. */
+typedef struct shcd_modes {
+    size_t n_modes;                  /**< 1 .. min((degree+1)^2, SHCD_MODES_MAX) */
+    const double *eigenvalue_per_m2; /**< n_modes, lambda_k [1/m^2], ascending, >= 0 */
+    const double *coefficient_per_m; /**< n_modes rows of (degree+1)^2: v_ki [1/m] */
+    double area_m2;                  /**< of the surface, by the modes' own quadrature */
+    double eigenvalue_error; /**< largest change of an eigenvalue at the last doubling of the
+                                  quadrature, relative to lambda_k + 1/area */
+    double volume_m3;        /**< enclosed, by the same quadrature */
+    int32_t is_anchored;     /**< 1: alpha is not zero everywhere, and no eigenvalue is */
+    int32_t reserved0;       /**< zero */
+} shcd_modes;
+
 /** How the series of a model is evaluated. All ways give the same bits; they differ in speed. */
 typedef enum shcd_simd {
     SHCD_SIMD_AUTO = 0,     /**< the fastest that this processor has */
@@ -87,9 +107,11 @@ typedef struct shcd_model_def {
     /** Where the rows were measured, e.g. the processor's name: printable ASCII, less than
      *  SHCD_COST_MACHINE_SIZE bytes; copied. NULL: not known. */
     const char *cost_machine;
+    const shcd_modes *modes;     /**< copied; NULL: none */
+    const shcd_learned *learned; /**< copied; NULL: none. Its dents need as many modes */
 } shcd_model_def;
 #define SHCD_MODEL_DEF_INIT                                                                        \
-    { sizeof(shcd_model_def), 0, 0, NULL, NULL, NULL, 0, NULL }
+    { sizeof(shcd_model_def), 0, 0, NULL, NULL, NULL, 0, NULL, NULL, NULL }
 
 /** How sure a stored property is. */
 typedef enum shcd_certainty {
@@ -176,6 +198,14 @@ SHCD_API SHCD_RT const double *shcd_model_coefficients(const shcd_model *model);
 SHCD_API SHCD_RT const shcd_cost_row *shcd_model_cost_rows(const shcd_model *model, size_t *n);
 /** The machine of that table; "" if it is not known or there is no table. RT safe. */
 SHCD_API SHCD_RT const char *shcd_model_cost_machine(const shcd_model *model);
+
+/** The modes as given at creation, owned by the model; NULL without them. The offline
+ *  shcd_fit_modes() computes them. RT safe. */
+SHCD_API SHCD_RT const shcd_modes *shcd_model_modes(const shcd_model *model);
+
+/** The learned response as given at creation, owned by the model; NULL without one. The offline
+ *  shcd_train() makes it. RT safe. */
+SHCD_API SHCD_RT const shcd_learned *shcd_model_learned(const shcd_model *model);
 
 /** Certified offset of a low-degree surface: every S(w) of the full model lies within offset_m of
  *  the surface of the series truncated at `degree`, at the same parameter w. The low-degree surface

@@ -26,7 +26,16 @@ typedef struct shcd_state shcd_state;
 
 /* ---- effects: the static table ------------------------------------------------------------- */
 
-/** One parameter of an effect and the values it may take. */
+/** A column of a parameter that is a table. Frozen layout. */
+typedef struct shcd_column_info {
+    const char *name; /**< with its unit as suffix, e.g. "stress_pa" */
+    const char *unit; /**< as in shcd_parameter_info */
+    double min_value; /**< inclusive */
+    double max_value; /**< inclusive */
+} shcd_column_info;
+
+/** One parameter of an effect and the values it may take: a number, or a table if it has columns.
+ *  A table need not be given; the values of its first column rise from row to row. */
 typedef struct shcd_parameter_info {
     const char *name; /**< with its unit as suffix, e.g. "k_n_per_m" */
     const char *unit; /**< SI, e.g. "N/m"; "1" if dimensionless */
@@ -34,6 +43,10 @@ typedef struct shcd_parameter_info {
     double min_value; /**< inclusive */
     double max_value; /**< inclusive */
     const char *description;
+    const shcd_column_info *columns; /**< NULL: a number; else the values above are 0 */
+    size_t n_columns;
+    size_t n_rows_min;
+    size_t n_rows_max;
 } shcd_parameter_info;
 
 /** One entry of the table of effects. */
@@ -54,8 +67,13 @@ SHCD_API SHCD_RT const shcd_effect_info *shcd_effect_at(size_t index);
 /** A parameter that does not take its default. */
 typedef struct shcd_parameter_value {
     const char *name;
-    double value;
+    double value;        /**< of a number */
+    const double *table; /**< of a table: n_rows times its n_columns, row by row; else not read */
+    size_t n_rows;       /**< of a table; else not read */
 } shcd_parameter_value;
+/** A number. */
+#define SHCD_PARAMETER(name, value)                                                                \
+    { (name), (value), NULL, 0 }
 
 /** One effect that a body calls for; parameters not named take their defaults. */
 typedef struct shcd_effect_def {
@@ -170,6 +188,13 @@ SHCD_API SHCD_RT const char *shcd_scene_body_name(const shcd_scene *scene, size_
 /** NULL if the index is out of range. RT safe. */
 SHCD_API SHCD_RT const char *shcd_scene_tool_name(const shcd_scene *scene, size_t tool);
 
+/** Effects of all bodies, in the order of the bodies and of shcd_effect_at(). RT safe. */
+SHCD_API SHCD_RT size_t shcd_scene_effect_count(const shcd_scene *scene);
+/** Name of one of them; NULL if the index is out of range. RT safe. */
+SHCD_API SHCD_RT const char *shcd_scene_effect_name(const shcd_scene *scene, size_t effect);
+/** Index of its body; SIZE_MAX if the index is out of range. RT safe. */
+SHCD_API SHCD_RT size_t shcd_scene_effect_body(const shcd_scene *scene, size_t effect);
+
 /* ---- state ---------------------------------------------------------------------------------- */
 
 /** Bytes of state that this scene needs. RT safe. */
@@ -179,6 +204,31 @@ SHCD_API SHCD_RT size_t shcd_state_size(const shcd_scene *scene);
  *  no contact, time zero. Also resets an old one. @return SHCD_OK, SHCD_ERR_ARGUMENT. RT safe. */
 SHCD_API SHCD_RT SHCD_NODISCARD shcd_status shcd_state_init(const shcd_scene *scene, void *memory,
                                                             size_t size, shcd_state **state);
+
+/** Switches an effect of the scene on or off, from the next tick on. How much of it acts goes
+ *  linearly from what it is now to 1 or 0 within the ramp, so that no force jumps; all are on at
+ *  first.
+ *  @param[in] ramp_s  [0, 60]; 0: at once
+ *  @return SHCD_OK, SHCD_ERR_ARGUMENT. RT safe. */
+SHCD_API SHCD_RT SHCD_NODISCARD shcd_status shcd_state_switch(const shcd_scene *scene,
+                                                              shcd_state *state, size_t effect,
+                                                              int is_on, double ramp_s);
+
+/** The surface of a body at the end of the last tick: 3 (degree+1)^2 coefficients, the model's
+ *  order, body frame [m]. Those of the model for a rigid body. A body with `learned` shows the dent
+ *  of its deepest contact (shcd_learned_dent(); contacts of shells show none), of the network's
+ *  force: what other effects of the body make of it is not in it, and tools meet the rest shape.
+ *  @param[out] coefficients  room for `count` values
+ *  @return SHCD_OK, SHCD_ERR_ARGUMENT (also if count is not 3 (degree+1)^2). RT safe. */
+SHCD_API SHCD_RT SHCD_NODISCARD shcd_status shcd_state_coefficients(const shcd_scene *scene,
+                                                                    const shcd_state *state,
+                                                                    size_t body,
+                                                                    double *coefficients,
+                                                                    size_t count);
+
+/** 1 if what shcd_state_coefficients() gives of a body can differ from its rest shape (`wave`, or
+ *  `learned` with dents), else 0. RT safe. */
+SHCD_API SHCD_RT int shcd_scene_body_is_soft(const shcd_scene *scene, size_t body);
 
 /* ---- the tick ------------------------------------------------------------------------------- */
 
@@ -203,6 +253,10 @@ typedef struct shcd_input {
     double dt_s;                  /**< time since the last tick, (0, 0.1] */
     const shcd_tool_input *tools; /**< one for each tool of the scene, in its order */
     size_t n_tools;
+    /** NULL, or a clock [ns] by which shcd_effect_output::time_ns is measured; it must be RT safe
+     *  itself. The tick's results never depend on it. */
+    uint64_t (*clock_ns)(void *user);
+    void *clock_user;
 } shcd_input;
 
 /** Bits of shcd_tool_output::flags. */
@@ -216,7 +270,9 @@ typedef enum shcd_tool_output_flag {
     /** The tick's budget or cap was reached. Shell: before all points were accounted for; coarser
      *  points stand for the n_points_left others. Other tools: a lower tier answered than that of
      *  the body, see shcd_tool_output::tier and shcd_step(). */
-    SHCD_TOOL_OUTPUT_DEGRADED = 1u << 4
+    SHCD_TOOL_OUTPUT_DEGRADED = 1u << 4,
+    /** A contact outside of what `learned` was trained on: see shcd_learned_flag. */
+    SHCD_TOOL_OUTPUT_EXTRAPOLATED = 1u << 5
 } shcd_tool_output_flag;
 
 /** Frozen layout. */
@@ -233,7 +289,8 @@ typedef struct shcd_tool_output {
     uint32_t flags;         /**< shcd_tool_output_flag */
     uint32_t n_evaluations; /**< surface evaluations that this tool cost */
     uint32_t n_patches;     /**< bounds that this tool cost */
-    uint32_t n_contacts; /**< contacts with a force: one for each body, or each point of a shell */
+    uint32_t n_contacts;    /**< contacts with a force: one to three for each body, or one for each
+                                 point of a shell */
     /** Shell: points that were looked up or queried, summed over the bodies; points proven clear by
      *  those and by earlier ticks are not among them. */
     uint32_t n_points_visited;
@@ -241,14 +298,37 @@ typedef struct shcd_tool_output {
     /** The least certain shcd_tier (map < track < fast < exact) that answered for a body; exact if
      *  bounds alone sufficed. A proxy that is followed into a body does not count. Shell: exact. */
     int32_t tier;
-    uint64_t reserved[2]; /**< zero */
+    double displacement_m; /**< how far proxy_m has been moved from its place on the rest shape; 0
+                              for a rigid body or a shell [m] */
+    uint64_t reserved[1];  /**< zero */
 } shcd_tool_output;
+
+/** Without a clock. */
+#define SHCD_INPUT(dt_s, tools, n_tools)                                                           \
+    { (dt_s), (tools), (n_tools), NULL, NULL }
+
+/** What one effect of one body did in a tick. Frozen layout. */
+typedef struct shcd_effect_output {
+    double stored_j; /**< energy that it holds: springs of contacts, a body's modes [J] */
+    double work_j;   /**< energy that it has put into the body since the start (pulse) [J] */
+    double time_ns;  /**< what it took, by shcd_input::clock_ns; 0 without [ns] */
+    double gain;     /**< how much of it acts, 0 .. 1 */
+} shcd_effect_output;
 
 /** Frozen layout. */
 typedef struct shcd_output {
     shcd_tool_output *tools; /**< caller's array, one for each tool of the scene */
     size_t n_tools;
+    shcd_effect_output *effects; /**< caller's array of shcd_scene_effect_count(), or NULL */
+    size_t n_effects;            /**< 0 if NULL */
+    /** Caller's array, or NULL: [tool * n_effects + effect], the share of
+     * tools[tool].wrench.force_n that the effect has given: what the force changed by while it
+     * acted [N]. */
+    shcd_vec3 *effect_forces_n;
 } shcd_output;
+/** Without the effects' accounts. */
+#define SHCD_OUTPUT(tools, n_tools)                                                                \
+    { (tools), (n_tools), NULL, 0, NULL }
 
 /** One tick: for each active tool and body find the contact, let the body's effects act, sum the
  *  wrench.
@@ -257,10 +337,15 @@ typedef struct shcd_output {
  * proxy on the surface, followed by Newton from tick to tick, until it separates there: a tool
  * pressed past the medial axis is not thrown out on the far side but has to come back the way it
  * went in. Where the proxy's minimum of distance ends (at a focal point) it slides to the next one
- * with a bounded speed, so that the force turns instead of jumping. A tool outside at both ends of
- * a tick has no contact, whatever it went through in between.
+ * with a bounded speed, so that the force turns instead of jumping. A point or ball outside at both
+ * ends of a tick whose way may have led through the body is swept (shcd_sweep()) and held where it
+ * went in; other tools are not.
  *
- *  Point, sphere: one contact for each tool and body, whose force passes through the centre.
+ *  Point, sphere: one contact for each tool and body, whose force passes through the centre; a ball
+ *  whose centre is outside feels up to two more walls, in a groove or a corner. A wall is one whose
+ *  normal differs by more than 26 degrees from the others'; up to 45 degrees it counts in part.
+ *  All three are contacts of their own, with memories of their own (friction), and on a soft body
+ *  their forces are solved for together.
  *
  *  Capsule, box, hull: one contact for each tool and body, at the tool's deepest point
  * (shcd_tool_closest()), along the body's normal; torque (tool point - origin) x force. Where the

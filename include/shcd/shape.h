@@ -26,7 +26,12 @@ typedef enum shcd_follow {
      *  deviation, else refresh. */
     SHCD_FOLLOW_AUTO = 0,
     SHCD_FOLLOW_INFLATE = 1, /**< every bound grows by that of the displacement; O((L+1)^2) */
-    SHCD_FOLLOW_REFRESH = 2  /**< the positions of all nodes are evaluated anew */
+    SHCD_FOLLOW_REFRESH = 2, /**< the positions of all nodes are evaluated anew */
+    /** Inflate, and evaluate anew the positions of a share of the tree's blocks in each call, those
+     *  first that were evaluated longest ago: for a body that deforms in every tick. At most
+     *  shcd_shape_info::blocks_per_call of them, none while nothing is worth it. Each block's
+     * bounds grow by what the surface moved since its own evaluation. */
+    SHCD_FOLLOW_PROGRESSIVE = 3
 } shcd_follow;
 
 /** What a shape is. Set struct_size (SHCD_SHAPE_INFO_INIT), then call shcd_shape_describe(). */
@@ -36,10 +41,15 @@ typedef struct shcd_shape_info {
      * current
      *  - rest shape [m, m/rad, ...]. */
     double displacement_bound[4];
-    double inflation_m; /**< B_0 of the current shape against the positions in the tree */
-    double radius_m;    /**< certified radius of the enclosing ball about the model's centre_m */
-    uint64_t n_sets;    /**< how often coefficients were set since the shape was initialised */
-    uint64_t n_refreshes;
+    double inflation_m;   /**< bound of the way from the positions in the tree to the current shape,
+                               the largest over the blocks */
+    double radius_m;      /**< certified radius of the enclosing ball about the model's centre_m */
+    uint64_t n_sets;      /**< how often coefficients were set since the shape was initialised */
+    uint64_t n_refreshes; /**< of all positions at once */
+    uint64_t n_blocks;    /**< of the tree, 16 leaves each */
+    uint64_t n_blocks_evaluated; /**< blocks whose positions were evaluated, all calls together */
+    uint64_t blocks_per_call;    /**< most that a call with SHCD_FOLLOW_PROGRESSIVE evaluates: a
+                                      quarter of the tree up to degree 15, else a sixteenth */
 } shcd_shape_info;
 #define SHCD_SHAPE_INFO_INIT SHCD_SIZED_INIT(shcd_shape_info)
 

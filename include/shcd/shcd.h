@@ -7,6 +7,8 @@
 
 #include "shcd/accuracy.h"
 #include "shcd/base.h"
+#include "shcd/energy.h"
+#include "shcd/learned.h"
 #include "shcd/map.h"
 #include "shcd/model.h"
 #include "shcd/pair.h"

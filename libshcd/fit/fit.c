@@ -8,6 +8,7 @@
 #include "coefficients.h"
 #include "fail.h"
 #include "fit_error.h"
+#include "modes.h"
 #include "parameterize.h"
 #include "settings.h"
 
@@ -21,6 +22,7 @@ typedef struct job {
     shcd_vec3 *u;
     shcdi_comparison *comparison;
     double *coefficients_m; /* room for the highest degree; relative to the body's centre */
+    shcd_modes *modes;
     shcd_fit_report *report;
     shcd_error *error;
 } job;
@@ -51,6 +53,7 @@ static void release(job *j) {
     shcdi_body_release(&j->body);
     free(j->u);
     free(j->coefficients_m);
+    shcd_modes_free(j->modes);
 }
 
 /* Normal equations up to a degree, with as many samples as that degree calls for. */
@@ -159,16 +162,43 @@ static void fill_record(job *j, const shcdi_distance *distance) {
         j->report->time_parameterize_s + j->report->time_coefficients_s + j->report->time_error_s;
 }
 
-static shcd_status make_model(job *j, const shcd_allocator *allocator, shcd_model **model) {
+/* Of the final coefficients. A surface that has no modes to the wanted accuracy is still a body. */
+static shcd_status make_modes(job *j) {
     const double start_s = shcdi_seconds();
+    const size_t n = SHCD_COUNT(j->report->degree);
+    const int32_t wanted = j->settings.n_modes;
+    shcd_modes_options options = SHCD_MODES_OPTIONS_INIT, settings;
+    shcd_anchor none[SHCD_ANCHORS_MAX];
+    options.n_modes = wanted < 0 ? 0 : (size_t)wanted > n ? (int32_t)n : wanted;
+    options.progress = j->progress.call;
+    options.progress_user = j->progress.user;
+    shcd_error *why = &j->report->modes_error;
+    shcd_status status = shcdi_modes_settings(&options, j->report->degree, &settings, none, why);
+    if (status == SHCD_OK) {
+        status =
+            shcdi_modes_compute(j->report->degree, j->coefficients_m, &settings, &j->modes, why);
+    }
+    j->report->time_modes_s = shcdi_seconds() - start_s;
+    if (status == SHCD_OK || status == SHCD_ERR_CONVERGENCE || status == SHCD_ERR_GEOMETRY) {
+        return SHCD_OK;
+    }
+    return explain(j, status, "modes");
+}
+
+static void move_to_centre(job *j) {
     const double y00 = 0.28209479177387814347; /* 1 / sqrt(4 pi) */
     j->coefficients_m[0] += j->body.centre_m.x / y00;
     j->coefficients_m[1] += j->body.centre_m.y / y00;
     j->coefficients_m[2] += j->body.centre_m.z / y00;
+}
+
+static shcd_status make_model(job *j, const shcd_allocator *allocator, shcd_model **model) {
+    const double start_s = shcdi_seconds();
     shcd_model_def definition = SHCD_MODEL_DEF_INIT;
     definition.degree = j->report->degree;
     definition.coefficients = j->coefficients_m;
     definition.fit = &j->report->record;
+    definition.modes = j->modes;
     if (shcdi_progress_report(&j->progress, "model", 0.0) != SHCD_OK) {
         return explain(j, SHCD_ERR_CANCELLED, "model");
     }
@@ -190,6 +220,10 @@ static shcd_status run(job *j, const shcd_allocator *allocator, shcd_model **mod
     }
     if (status == SHCD_OK) {
         fill_record(j, &distance);
+        move_to_centre(j);
+        status = j->settings.n_modes != 0 ? make_modes(j) : SHCD_OK;
+    }
+    if (status == SHCD_OK) {
         status = make_model(j, allocator, model);
     }
     return status;

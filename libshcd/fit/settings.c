@@ -37,6 +37,12 @@ static shcd_status check(const shcd_fit_options *s, shcd_error *error) {
         return shcdi_fit_fail(error, SHCD_ERR_ARGUMENT, "fit: unit %g m is not positive",
                               s->unit_m);
     }
+    const size_t n = SHCD_COUNT(s->degree);
+    const int most = s->degree > 0 && n < SHCD_MODES_MAX ? (int)n : SHCD_MODES_MAX;
+    if (s->n_modes < -1 || s->n_modes > most) {
+        return shcdi_fit_fail(error, SHCD_ERR_ARGUMENT, "fit: %d modes, not 0 .. %d",
+                              (int)s->n_modes, most);
+    }
     return SHCD_OK;
 }
 

@@ -11,12 +11,12 @@
  * Backwards, c_lm = sum_j w_j Q_lm(z_j) (2 pi/n) sum_k f_jk cos(m phi_k): exact, since products of
  * two functions of degree <= L have degree 2 L in z, below the 2 n of the nodes, and no frequency
  * above L < n/2 in longitude. */
+#include "gauss.h"
+
 #include "shcd/fit.h"
 #include "shcd/vec.h"
 
 #include <fftw3.h>
-#include <gsl/gsl_errno.h>
-#include <gsl/gsl_integration.h>
 
 #include <limits.h>
 #include <stdlib.h>
@@ -38,41 +38,6 @@ static int is_admissible(int degree, const double *from, size_t n_latitudes, siz
     return from != NULL && to != NULL && degree >= 0 && degree <= SHCD_DEGREE_MAX &&
            n_latitudes > (size_t)degree && n_latitudes <= INT_MAX / 2 &&
            n_longitudes > 2 * (size_t)degree && n_longitudes <= INT_MAX / 2;
-}
-
-/* 2 / ((1 - z^2) P_n'(z)^2), P_n and P_n-1 by the three-term recurrence. GSL's nodes are good to
- * the last bit, but where it has no table (n = 151, say) its weights are only good to 6e-10. */
-static double weight_at_node(size_t n, double z) {
-    double before = 1.0, value = z;
-    for (size_t l = 2; l <= n; ++l) {
-        const double next =
-            ((double)(2 * l - 1) * z * value - (double)(l - 1) * before) / (double)l;
-        before = value;
-        value = next;
-    }
-    const double sine2 = (1.0 - z) * (1.0 + z);
-    const double derivative = (double)n * (before - z * value) / sine2;
-    return 2.0 / (sine2 * derivative * derivative);
-}
-
-static shcd_status find_nodes(grid *g) {
-    gsl_error_handler_t *handler = gsl_set_error_handler_off();
-    gsl_integration_glfixed_table *table = gsl_integration_glfixed_table_alloc(g->n_latitudes);
-    shcd_status status = table != NULL ? SHCD_OK : SHCD_ERR_MEMORY;
-    for (size_t j = 0; j < g->n_latitudes && status == SHCD_OK; ++j) {
-        const size_t i = g->n_latitudes - 1 - j; /* GSL's nodes ascend */
-        double rough_weight;
-        if (gsl_integration_glfixed_point(-1.0, 1.0, i, &g->z[j], &rough_weight, table) !=
-            GSL_SUCCESS) {
-            status = SHCD_ERR_ARGUMENT;
-        }
-        g->weight[j] = weight_at_node(g->n_latitudes, g->z[j]);
-    }
-    if (table != NULL) {
-        gsl_integration_glfixed_table_free(table);
-    }
-    gsl_set_error_handler(handler);
-    return status;
 }
 
 static void grid_release(grid *g) {
@@ -105,7 +70,8 @@ static shcd_status grid_init(grid *g, int degree, size_t n_latitudes, size_t n_l
     const int n = (int)n_longitudes;
     g->plan = is_synthesis ? fftw_plan_dft_c2r_1d(n, g->frequency, g->samples, FFTW_ESTIMATE)
                            : fftw_plan_dft_r2c_1d(n, g->samples, g->frequency, FFTW_ESTIMATE);
-    const shcd_status status = g->plan != NULL ? find_nodes(g) : SHCD_ERR_MEMORY;
+    const shcd_status status =
+        g->plan != NULL ? shcdi_gauss_nodes(n_latitudes, g->z, g->weight) : SHCD_ERR_MEMORY;
     if (status != SHCD_OK) {
         grid_release(g);
     }

@@ -5,6 +5,7 @@
 #include "model/cost.h"
 
 #include "model/bytes.h"
+#include "model/model.h"
 #include "shcd/map.h"
 
 #define HEAD_SIZE (8u + SHCD_COST_MACHINE_SIZE)
@@ -103,6 +104,17 @@ shcd_status shcdi_cost_copy(const shcd_cost_row *rows, size_t n, const char *mac
         memcpy(cost->machine, machine, strlen(machine));
     }
     return SHCD_OK;
+}
+
+const shcd_cost_row *shcd_model_cost_rows(const shcd_model *model, size_t *n) {
+    if (n != NULL) {
+        *n = model != NULL ? model->cost.n : 0;
+    }
+    return model != NULL ? model->cost.rows : NULL;
+}
+
+const char *shcd_model_cost_machine(const shcd_model *model) {
+    return model != NULL ? model->cost.machine : "";
 }
 
 /* ---- bytes: rows u32, row size u32, machine, rows ---- */

@@ -172,11 +172,19 @@ static shcd_status check_definition(const shcd_model_def *def, shcd_error *error
                           "model_create: a coefficient of size %.3g m: bodies reach to 1e9 m",
                           largest);
     }
-    const shcd_status status = check_fit(def->fit, error);
-    return status != SHCD_OK
-               ? status
-               : shcdi_cost_check("model_create", SHCD_ERR_ARGUMENT, def->degree, def->cost_rows,
+    shcd_status status = check_fit(def->fit, error);
+    if (status == SHCD_OK) {
+        status = shcdi_cost_check("model_create", SHCD_ERR_ARGUMENT, def->degree, def->cost_rows,
                                   def->n_cost_rows, def->cost_machine, error);
+    }
+    if (status == SHCD_OK) {
+        status =
+            shcdi_modes_check("model_create", SHCD_ERR_ARGUMENT, def->degree, def->modes, error);
+    }
+    return status != SHCD_OK ? status
+                             : shcdi_learned_check("model_create", SHCD_ERR_ARGUMENT,
+                                                   def->modes != NULL ? def->modes->n_modes : 0,
+                                                   def->learned, error);
 }
 
 static shcd_status allocate_pieces(shcd_model *model) {
@@ -244,8 +252,11 @@ static void fill_bytes(shcd_model *model) {
     info->table_bytes = (shcdi_recurrence_size(degree) + ALIGNMENT_SLACK) * sizeof(double) +
                         shcdi_index_table_bytes(&model->index);
     info->map_seed_bytes = seeds;
-    info->run_time_bytes =
-        info->body_bytes + info->table_bytes + seeds + model->cost.n * sizeof(shcd_cost_row);
+    info->run_time_bytes = info->body_bytes + info->table_bytes + seeds +
+                           model->cost.n * sizeof(shcd_cost_row) +
+                           (shcdi_modes_count(model->modes.view.n_modes, degree) +
+                            shcdi_learned_count(&model->learned.view)) *
+                               sizeof(double);
     if (model->tree.n_leaves > 0) { /* kept by a plain model */
         const shcdi_tree *tree = &model->tree;
         info->run_time_bytes += 2 * tree->n_vertices * sizeof(shcd_vec3) +
@@ -325,6 +336,12 @@ static shcd_status build(shcd_model *model, const shcd_model_def *def, shcd_erro
         status = shcdi_cost_copy(def->cost_rows, def->n_cost_rows, def->cost_machine,
                                  &model->allocator, &model->cost);
     }
+    if (status == SHCD_OK) {
+        status = shcdi_modes_copy(def->modes, model->degree, &model->allocator, &model->modes);
+    }
+    if (status == SHCD_OK) {
+        status = shcdi_learned_copy(def->learned, &model->allocator, &model->learned);
+    }
     if (status != SHCD_OK) {
         return shcdi_fail(error, status, "model_create: %s", shcd_status_string(status));
     }
@@ -398,6 +415,8 @@ void shcd_model_free(shcd_model *model) {
     }
     const shcd_allocator memory = model->allocator;
     shcdi_map_free(&model->map, &memory);
+    give(&memory, model->modes.numbers);
+    give(&memory, model->learned.numbers);
     give(&memory, model->cost.rows);
     shcdi_index_free(&model->index, &memory);
     shcdi_tree_free(&model->tree, &memory);
@@ -427,17 +446,6 @@ int shcd_model_degree(const shcd_model *model) {
 
 const double *shcd_model_coefficients(const shcd_model *model) {
     return model != NULL ? model->coefficients : NULL;
-}
-
-const shcd_cost_row *shcd_model_cost_rows(const shcd_model *model, size_t *n) {
-    if (n != NULL) {
-        *n = model != NULL ? model->cost.n : 0;
-    }
-    return model != NULL ? model->cost.rows : NULL;
-}
-
-const char *shcd_model_cost_machine(const shcd_model *model) {
-    return model != NULL ? model->cost.machine : "";
 }
 
 shcd_status shcd_model_enclosure_offset(const shcd_model *model, int degree, double *offset_m) {

@@ -6,6 +6,8 @@
 #include "model/cost.h"
 #include "model/distance_map.h"
 #include "model/index.h"
+#include "model/learned.h"
+#include "model/modes.h"
 #include "model/surface.h"
 #include "model/tree.h"
 #include "shcd/model.h"
@@ -25,6 +27,8 @@ struct shcd_model {
     double evaluation_error_m; /**< bound of the rounding error of an evaluated S */
     double spread_m;           /**< smallest |S(a) - S(b)| / angle(a, b) of pairs of samples */
     shcdi_cost cost;
+    shcdi_modes modes;
+    shcdi_learned learned;
     shcd_model_info info;
 };
 

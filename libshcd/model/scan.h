@@ -30,29 +30,45 @@ typedef struct shcdi_block {
     float thickness, width;
     int16_t q[3][SHCDI_BLOCK_NODES];
 } shcdi_block;
-#define SHCDI_GRID_ERROR 0.875f /* sqrt(3)/2 and a little */
+#define SHCDI_GRID_ERROR 0.9f /* sqrt(3)/2 and a little: block_kernel.h */
 
 /** What bounds say about the leaves of one block, as the upper halves of floats rounded outward:
  *  the deviation of each leaf, and the derivatives' bounds of each four siblings. */
 typedef struct shcdi_block_bounds {
     uint16_t deviation[SHCDI_BLOCK_LEAVES];
     uint16_t m1[4], m2[4], m3[4], sigma[4], product[4];
+    uint16_t largest; /**< of the deviations */
 } shcdi_block_bounds;
 
 /** Enclosing balls of all blocks, SHCDI_BLOCK_LEAVES of them at a time. */
 typedef struct shcdi_ball_table {
     const float *x, *y, *z, *radius;
-    size_t n; /**< a multiple of 16; those that fill it up have radius -inf */
+    const float *growth; /**< what each radius may have grown by; NULL: nothing */
+    size_t n;            /**< a multiple of 16; those that fill it up have radius -inf */
 } shcdi_ball_table;
+
+/** Blocks to be made from node positions: node i of the block index[t] is the place source[16 t +
+ * i] of each of three planes, a coordinate each, counted in steps. */
+typedef struct shcdi_block_fill {
+    const int32_t *place;
+    size_t plane;
+    const uint16_t *source, *index;
+    size_t n;
+    const shcdi_block_bounds *bounds; /**< of all blocks */
+    float step;                       /**< a power of two */
+    shcdi_block *block;
+    float *ball; /**< x, y, z, radius, n_balls each */
+    size_t n_balls;
+} shcdi_block_fill;
 
 /* One source, compiled for several instruction sets (scan_kernel.h); all give the same bits. */
 #define SHCDI_DECLARE_SCAN(suffix)                                                                 \
-    void shcdi_scan_balls_##suffix(const shcdi_ball_table *balls, const float p[3], float growth,  \
-                                   float *lower);                                                  \
+    void shcdi_scan_balls_##suffix(const shcdi_ball_table *balls, const float p[3], float *lower); \
     void shcdi_scan_leaves_##suffix(const shcdi_block *block, const shcdi_block_bounds *bounds,    \
                                     const float p[3], float growth,                                \
                                     float lower[SHCDI_BLOCK_LEAVES],                               \
                                     float upper[SHCDI_BLOCK_LEAVES], float least[2]);              \
+    void shcdi_scan_fill_##suffix(const shcdi_block_fill *fill);                                   \
     size_t shcdi_scan_least_##suffix(const float *value, size_t n);                                \
     size_t shcdi_scan_below_##suffix(const float *value, size_t n, float limit, uint16_t *index);
 
@@ -78,8 +94,8 @@ SHCDI_DECLARE_SCAN(avx512)
 
 /** Lower bounds of the distance to each ball, lower[n]. p is relative to the origin, scaled. */
 static inline void shcdi_scan_balls(int simd, const shcdi_ball_table *balls, const float p[3],
-                                    float growth, float *lower) {
-    SHCDI_SCAN_PATH(simd, balls, balls, p, growth, lower)
+                                    float *lower) {
+    SHCDI_SCAN_PATH(simd, balls, balls, p, lower)
 }
 
 /** Of the leaves of a block: lower bounds of the distance to the surface, their deviation and
@@ -89,6 +105,11 @@ static inline void shcdi_scan_leaves(int simd, const shcdi_block *block,
                                      float growth, float lower[SHCDI_BLOCK_LEAVES],
                                      float upper[SHCDI_BLOCK_LEAVES], float least[2]) {
     SHCDI_SCAN_PATH(simd, leaves, block, bounds, p, growth, lower, upper, least)
+}
+
+/** Makes blocks and their balls. */
+static inline void shcdi_scan_fill(int simd, const shcdi_block_fill *fill) {
+    SHCDI_SCAN_PATH(simd, fill, fill)
 }
 
 #ifdef __x86_64__

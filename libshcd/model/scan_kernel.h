@@ -89,9 +89,11 @@ INLINE v3 cross(v3 a, v3 b) {
 }
 
 void NAMED(shcdi_scan_balls_, SCAN_PATH)(const shcdi_ball_table *balls, const float p[3],
-                                         float growth, float *lower) {
+                                         float *lower) {
     const float size = fabsf(p[0]) + fabsf(p[1]) + fabsf(p[2]);
+    const vf none = {0.0f};
     for (size_t i = 0; i < balls->n; i += LANES) {
+        const vf growth = balls->growth != NULL ? load(balls->growth + i) : none;
         const v3 at = {load(balls->x + i) - p[0], load(balls->y + i) - p[1],
                        load(balls->z + i) - p[2]};
         const vf r = load(balls->radius + i), d = root(dot(at, at));
@@ -246,5 +248,7 @@ size_t NAMED(shcdi_scan_below_, SCAN_PATH)(const float *value, size_t n, float l
     }
     return found;
 }
+
+#include "model/block_kernel.h"
 
 #undef INLINE

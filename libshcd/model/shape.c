@@ -191,7 +191,7 @@ shcd_status shcdi_shape_kernel(shcd_model *model) {
     const shcd_vec3 o = shcd_scale(0.5, shcd_add(model->info.box_min_m, model->info.box_max_m));
     for (size_t i = 0; i < n; i++) {
         shcdi_jet jet;
-        shcdi_surface_jet(&model->series, model->degree, model->tree.direction[i], &jet);
+        shcdi_surface_first(&model->series, model->degree, model->tree.direction[i], &jet);
         h[i].n = shcd_unit(shcd_cross(jet.s1, jet.s2));
         h[i].d = shcd_dot(shcd_sub(jet.s, o), h[i].n);
     }

@@ -3,6 +3,7 @@
 #include "model/surface.h"
 
 #include "base/harmonics.h"
+#include "model/norms.h"
 #include "model/surface_layout.h"
 
 #include <string.h>
@@ -10,7 +11,7 @@
 #define Q_00 0.28209479177387814
 
 size_t shcdi_recurrence_size(int degree) {
-    return 16 * shcdi_row_count(degree) + (size_t)degree + 1;
+    return 16 * shcdi_row_count(degree) + (1 + SHCDI_NORMS) * ((size_t)degree + 1);
 }
 
 size_t shcdi_packed_size(int degree) {
@@ -49,7 +50,12 @@ void shcdi_recurrence_fill(int degree, double *recurrence) {
     }
     for (int l = 0; l <= degree; l++) {
         scales[l] = -(double)l * (l + 1.0);
+        shcdi_norm_factors(degree, l, scales + degree + 1 + SHCDI_NORMS * l);
     }
+}
+
+const double *shcdi_series_factors(const shcdi_series *series) {
+    return shcdi_lambda(series) + series->degree + 1;
 }
 
 /* One row of n orders of a block from the first on; lanes beyond are set to zero. */
@@ -68,14 +74,12 @@ static inline __attribute__((always_inline)) void pack_lanes(int n, const double
     }
 }
 
-/* Lanes of orders above l have the scale 0: what is read for them does not matter, if only it lies
- * within the coefficients. That is so but for the last row and the first three. */
 static void pack_row(int degree, int block, int l, const double *coefficients,
                      const double scale[8], double *packed) {
     const int n = l - 8 * block + 1;
     const double *up = coefficients + 3 * SHCD_INDEX(l, 8 * block);
     const double *down = coefficients + 3 * SHCD_INDEX(l, -8 * block);
-    if (n >= 8 || (l >= 3 && l < degree)) {
+    if (shcdi_has_whole_row(degree, block, l)) {
         pack_lanes(8, up, down, scale, packed);
     } else {
         pack_lanes(n, up, down, scale, packed);
@@ -98,9 +102,18 @@ void shcdi_pack(int degree, const double *coefficients, double *packed) {
 
 void shcdi_pack_for(const shcdi_series *series, const double *coefficients, double *packed) {
     const double *scale = shcdi_scale_rows(series);
+    int is_done = 0;
+#ifdef __x86_64__
+    if (series->simd == SHCD_SIMD_AVX512) {
+        shcdi_pack_rows_avx512(series->degree, coefficients, scale, packed);
+        is_done = 1; /* but for the rows that are not whole */
+    }
+#endif
     for (int block = 0; 8 * block <= series->degree; block++) {
         for (int l = 8 * block; l <= series->degree; l++, packed += 48, scale += 8) {
-            pack_row(series->degree, block, l, coefficients, scale, packed);
+            if (!is_done || !shcdi_has_whole_row(series->degree, block, l)) {
+                pack_row(series->degree, block, l, coefficients, scale, packed);
+            }
         }
     }
 }

@@ -46,6 +46,22 @@ typedef struct shcdi_jet {
     shcd_vec3 s, s1, s2, s11, s12, s22;
 } shcdi_jet;
 
+/** Factors for shcdi_norms(), from a series' constants. */
+const double *shcdi_series_factors(const shcdi_series *series);
+
+/** Weight of degree l in the bound of the rounding of an evaluation, [roundings] per bound of the
+ *  degree. */
+static inline double shcdi_evaluation_weight(int degree, int l) {
+    return 2.2e-16 * (l * (l + 1.0) + 2.0 * (degree + 1) + 20.0);
+}
+
+/** Places as whole numbers: (S - origin) factor, truncated. */
+typedef struct shcdi_lattice {
+    shcd_vec3 origin;
+    double factor; /**< so small that all of them lie within 2^31 */
+    size_t stride; /**< of one coordinate of one image; a multiple of 8 */
+} shcdi_lattice;
+
 /* ---- the compiled paths (surface_kernel.h); w by coordinates, which stay in registers ---- */
 
 #define SHCDI_DECLARE_PATH(suffix)                                                                 \
@@ -59,8 +75,11 @@ typedef struct shcdi_jet {
                                 shcd_vec3 *sum);                                                   \
     void shcdi_points_##suffix(const shcdi_series *series, int degree, const shcd_vec3 *w,         \
                                size_t n, shcd_vec3 *out);                                          \
-    void shcdi_octants_##suffix(const shcdi_series *series, const shcd_vec3 *w, size_t n,          \
-                                shcd_vec3 *out);
+    void shcdi_images_##suffix(const shcdi_series *series, const shcd_vec3 *w, size_t n,           \
+                               shcd_vec3 *out);                                                    \
+    void shcdi_lattice_##suffix(const shcdi_series *series, const shcdi_lattice *lattice,          \
+                                const shcd_vec3 *w, size_t n, int32_t *out);                       \
+    void shcdi_squares_##suffix(int degree, const double *a, const double *b, double *square);
 
 /* A switch, not pointers in the series: what a tick can call stays visible, and a series holds no
  * addresses of code. */
@@ -68,6 +87,8 @@ SHCDI_DECLARE_PATH(portable)
 #ifdef __x86_64__
 SHCDI_DECLARE_PATH(avx2)
 SHCDI_DECLARE_PATH(avx512)
+void shcdi_pack_rows_avx512(int degree, const double *coefficients, const double *scale,
+                            double *packed);
 #define SHCDI_ON_PATH(simd, name, ...)                                                             \
     switch (simd) {                                                                                \
     case SHCD_SIMD_AVX512:                                                                         \
@@ -83,6 +104,13 @@ SHCDI_DECLARE_PATH(avx512)
 #else
 #define SHCDI_ON_PATH(simd, name, ...) shcdi_##name##_portable(__VA_ARGS__);
 #endif
+
+/** square[l], l = 0 .. degree: sum of squared differences of degree l's 3 (2l+1) coefficients. RT
+ *  safe. */
+static inline void shcdi_surface_squares(int simd, int degree, const double *a, const double *b,
+                                         double *square) {
+    SHCDI_ON_PATH(simd, squares, degree, a, b, square)
+}
 
 /** S(w) truncated at `degree` <= series degree; w a unit vector. RT safe. */
 static inline shcd_vec3 shcdi_surface_point(const shcdi_series *series, int degree, shcd_vec3 w) {
@@ -116,12 +144,19 @@ static inline void shcdi_surface_points(const shcdi_series *series, int degree, 
     SHCDI_ON_PATH(series->simd, points, series, degree, w, n, out)
 }
 
-/** S at the eight mirror images of each direction: out[image * n + i], image = 1 (x negated) + 2 (y
- *  negated) + 4 (z negated), image 0 is w[i] itself. Rounded otherwise than single points (parities
- *  are summed apart), within the same bound. RT safe. */
-static inline void shcdi_surface_octants(const shcdi_series *series, const shcd_vec3 *w, size_t n,
-                                         shcd_vec3 *out) {
-    SHCDI_ON_PATH(series->simd, octants, series, w, n, out)
+/** S at the 16 mirror images of each direction: out[image * n + i], image = 8 (x and y exchanged,
+ * at first) + 1 (x negated) + 2 (y negated) + 4 (z negated), image 0 is w[i] itself. Rounded
+ * otherwise than single points (parities are summed apart), within the same bound. RT safe. */
+static inline void shcdi_surface_images(const shcdi_series *series, const shcd_vec3 *w, size_t n,
+                                        shcd_vec3 *out) {
+    SHCDI_ON_PATH(series->simd, images, series, w, n, out)
+}
+
+/** The same on a lattice: coordinate k of image s of w[i] is out[(16 k + s) stride + i]; n is
+ *  filled up to a multiple of 8 at most. RT safe. */
+static inline void shcdi_surface_lattice(const shcdi_series *series, const shcdi_lattice *lattice,
+                                         const shcd_vec3 *w, size_t n, int32_t *out) {
+    SHCDI_ON_PATH(series->simd, lattice, series, lattice, w, n, out)
 }
 
 #endif

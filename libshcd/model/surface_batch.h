@@ -170,8 +170,9 @@ void NAME(points)(const shcdi_series *series, int degree, const shcd_vec3 *w, si
 /* ---- mirror images ----
  *
  * q_lm(-z) = (-1)^(l-m) q_lm(z); with x negated zeta^m becomes (-1)^m conj(zeta^m), with y negated
- * its conjugate. So with the sums of the terms apart by the parity of l - m, by the parity of m,
- * and by cosine or sine, the eight images differ by signs only. */
+ * its conjugate. So with the sums of the terms apart by the parity of l - m, by that of m, and by
+ * cosine or sine, eight images differ by signs only. The eight with x and y exchanged need a few
+ * more sums. */
 
 /* Sums of one order, l - m even: a[0..5], odd: a[6..11]. */
 INLINE void run_column_by_parity(vec a[12], const surface_rows *rows, int lane, int n_rows, vec z) {
@@ -196,32 +197,86 @@ INLINE void run_column_by_parity(vec a[12], const surface_rows *rows, int lane, 
     }
 }
 
-/* Group sums by parity of l - m (outer), then cosine of even m, cosine of odd m, sine of even m,
- * sine of odd m; three coordinates each. */
+/* Group sums by parity of l - m (outer), then by the part of zeta^m that they are taken with; three
+ * coordinates each. Exchanging x and y makes i conj(zeta) of zeta, hence i^m conj(zeta^m) of its
+ * powers: cosine and sine of even m keep their places up to signs that depend on m mod 4, those of
+ * odd m change places, up to the sign `turn`. */
+enum group {
+    EVEN_COS_0,
+    EVEN_COS_2,
+    EVEN_SIN_0,
+    EVEN_SIN_2,
+    ODD_COS,
+    ODD_SIN,
+    ODD_COS_X,
+    ODD_SIN_X
+};
 typedef struct parities {
-    vec sum[2][4][3];
+    vec sum[2][8][3];
 } parities;
 
-INLINE void add_column(parities *p, const vec a[12], int m, const power *now) {
-    vec(*even)[3] = p->sum[0] + m % 2, (*odd)[3] = p->sum[1] + m % 2;
-    UNROLL for (int k = 0; k < 3; k++) {
-        even[0][k] += a[k] * now->c;
-        even[2][k] += a[k + 3] * now->s;
-        odd[0][k] += a[k + 6] * now->c;
-        odd[2][k] += a[k + 9] * now->s;
+/* Orders m = first, first + 4, ... */
+INLINE void sum_even(const shcdi_series *series, int first, power now, const power *fourth, vec z,
+                     parities *p) {
+    vec sum[2][2][3];
+    UNROLL for (int i = 0; i < 12; i++) {
+        sum[i / 6][i / 3 % 2][i % 3] = all(0.0);
+    }
+    for (int m = first; m <= series->degree; m += 4) {
+        const surface_rows rows = rows_of(series, m / 8);
+        vec a[12];
+        run_column_by_parity(a, &rows, m % 8, series->degree - m / 8 * 8 + 1, z);
+        UNROLL for (int i = 0; i < 12; i++) {
+            sum[i / 6][i / 3 % 2][i % 3] += a[i] * (i / 3 % 2 == 0 ? now.c : now.s);
+        }
+        now = times(now, *fourth);
+    }
+    UNROLL for (int i = 0; i < 12; i++) {
+        p->sum[i / 6][(i / 3 % 2 == 0 ? EVEN_COS_0 : EVEN_SIN_0) + first / 2][i % 3] =
+            sum[i / 6][i / 3 % 2][i % 3];
+    }
+}
+
+INLINE void sum_odd(const shcdi_series *series, power base[9], vec z, parities *p) {
+    UNROLL for (int i = 0; i < 24; i++) {
+        p->sum[i / 12][ODD_COS + i / 3 % 4][i % 3] = all(0.0);
+    }
+    for (int m = 1; m <= series->degree; m += 2) {
+        const surface_rows rows = rows_of(series, m / 8);
+        power *now = &base[m % 8];
+        vec a[12];
+        run_column_by_parity(a, &rows, m % 8, series->degree - m / 8 * 8 + 1, z);
+        const vec turn = all(m % 4 == 1 ? 1.0 : -1.0);
+        const vec other_c = turn * now->s, other_s = turn * now->c;
+        UNROLL for (int e = 0; e < 2; e++) {
+            vec(*sum)[3] = p->sum[e];
+            const vec *c = a + 6 * e, *s = c + 3;
+            UNROLL for (int k = 0; k < 3; k++) {
+                sum[ODD_COS][k] += c[k] * now->c;
+                sum[ODD_SIN][k] += s[k] * now->s;
+                sum[ODD_COS_X][k] += c[k] * other_c;
+                sum[ODD_SIN_X][k] += s[k] * other_s;
+            }
+        }
+        *now = times(*now, base[8]);
     }
 }
 
 /* Signs: cosine of odd m by that of x, sine of even m by those of x and y, sine of odd m by that of
  * y, odd l - m by that of z. */
-INLINE void images_of(const parities *p, vec image[8][3]) {
+INLINE void images_of(const parities *p, int exchanged, vec image[8][3]) {
     UNROLL for (int k = 0; k < 3; k++) {
         vec part[2][4];
         UNROLL for (int e = 0; e < 2; e++) {
-            const vec x0 = p->sum[e][0][k] + p->sum[e][1][k];
-            const vec x1 = p->sum[e][0][k] - p->sum[e][1][k];
-            const vec y0 = p->sum[e][3][k] + p->sum[e][2][k];
-            const vec y1 = p->sum[e][3][k] - p->sum[e][2][k];
+            const vec(*s)[3] = p->sum[e];
+            const vec even_c = exchanged ? s[EVEN_COS_0][k] - s[EVEN_COS_2][k]
+                                         : s[EVEN_COS_0][k] + s[EVEN_COS_2][k];
+            const vec even_s = exchanged ? s[EVEN_SIN_2][k] - s[EVEN_SIN_0][k]
+                                         : s[EVEN_SIN_2][k] + s[EVEN_SIN_0][k];
+            const vec odd_c = s[exchanged ? ODD_COS_X : ODD_COS][k];
+            const vec odd_s = s[exchanged ? ODD_SIN_X : ODD_SIN][k];
+            const vec x0 = even_c + odd_c, x1 = even_c - odd_c;
+            const vec y0 = odd_s + even_s, y1 = odd_s - even_s;
             part[e][0] = x0 + y0;
             part[e][1] = x1 + y1;
             part[e][2] = x0 - y0;
@@ -234,28 +289,51 @@ INLINE void images_of(const parities *p, vec image[8][3]) {
     }
 }
 
-void NAME(octants)(const shcdi_series *series, const shcd_vec3 *w, size_t n, shcd_vec3 *out) {
+/* The sums that all images of LANES directions are made of. */
+INLINE void sum_parities(const shcdi_series *series, const directions *d, parities *p) {
+    power base[9];
+    powers_of(d, base);
+    sum_even(series, 0, base[0], &base[4], d->z, p);
+    sum_even(series, 2, base[2], &base[4], d->z, p);
+    sum_odd(series, base, d->z, p);
+}
+
+void NAME(images)(const shcdi_series *series, const shcd_vec3 *w, size_t n, shcd_vec3 *out) {
     for (size_t i = 0; i < n; i += LANES) {
         const directions d = directions_from(w + i, n - i);
-        power base[9];
         parities p;
-        vec image[8][3];
-        powers_of(&d, base);
-        UNROLL for (int s = 0; s < 24; s++) {
-            p.sum[s / 12][s / 3 % 4][s % 3] = all(0.0);
-        }
-        for (int b = 0; 8 * b <= series->degree; b++) {
-            const surface_rows rows = rows_of(series, b);
-            for (int j = 0; j < 8 && 8 * b + j <= series->degree; j++) {
-                vec a[12];
-                run_column_by_parity(a, &rows, j, series->degree - 8 * b + 1, d.z);
-                add_column(&p, a, j, &base[j]);
-                base[j] = times(base[j], base[8]);
+        sum_parities(series, &d, &p);
+        for (size_t x = 0; x < 2; x++) {
+            vec image[8][3];
+            images_of(&p, (int)x, image);
+            UNROLL for (int s = 0; s < 8; s++) {
+                directions_to(out + (8 * x + (size_t)s) * n + i, n - i, image[s]);
             }
         }
-        images_of(&p, image);
-        UNROLL for (int s = 0; s < 8; s++) {
-            directions_to(out + (size_t)s * n + i, n - i, image[s]);
+    }
+}
+
+typedef int32_t whole __attribute__((vector_size(4 * LANES)));
+
+/* Conversion truncates: an error below 1. */
+void NAME(lattice)(const shcdi_series *series, const shcdi_lattice *lattice, const shcd_vec3 *w,
+                   size_t n, int32_t *out) {
+    const vec factor = all(lattice->factor);
+    const vec origin[3] = {all(lattice->origin.x), all(lattice->origin.y), all(lattice->origin.z)};
+    for (size_t i = 0; i < n; i += LANES) {
+        const directions d = directions_from(w + i, n - i);
+        parities p;
+        sum_parities(series, &d, &p);
+        for (size_t x = 0; x < 2; x++) {
+            vec image[8][3];
+            images_of(&p, (int)x, image);
+            UNROLL for (size_t s = 0; s < 8; s++) {
+                UNROLL for (size_t k = 0; k < 3; k++) {
+                    const whole to =
+                        __builtin_convertvector((image[s][k] - origin[k]) * factor, whole);
+                    memcpy(out + (16 * k + 8 * x + s) * lattice->stride + i, &to, sizeof to);
+                }
+            }
         }
     }
 }

@@ -14,6 +14,8 @@
  * m (m-1) zeta^{m-2}, so nothing is divided by the distance from the axis. */
 #include "model/surface_layout.h"
 
+#include <string.h>
+
 /* Everything is inlined: how vectors would be passed does not matter. */
 #pragma GCC diagnostic ignored "-Wpsabi"
 
@@ -371,4 +373,5 @@ void NAME(jet)(const shcdi_series *series, int degree, double x, double y, doubl
     jet->s22 = to_vec3(&s22);
 }
 
+#include "model/norm_kernel.h"
 #include "model/surface_batch.h"

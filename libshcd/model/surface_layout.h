@@ -23,7 +23,14 @@ static inline size_t shcdi_row_count(int degree) {
     return shcdi_rows_before(degree, degree / 8 + 1);
 }
 
-/** Parts of `recurrence`: gamma, then scale, a row each; then -l(l+1), l = 0..L. */
+/** Whether eight orders of a row, up and down, lie within the coefficients; those above l have the
+ *  scale 0, and what is read for them does not matter. Not so the last row and the first three. */
+static inline int shcdi_has_whole_row(int degree, int block, int l) {
+    return l - 8 * block + 1 >= 8 || (l >= 3 && l < degree);
+}
+
+/** Parts of `recurrence`: gamma, then scale, a row each; then -l(l+1), l = 0..L; then the
+ *  factors of norms.h. */
 static inline const double *shcdi_gamma_rows(const shcdi_series *series) {
     return series->recurrence;
 }

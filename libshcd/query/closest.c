@@ -125,6 +125,15 @@ static void finish_exact(shcdi_search *s, double allowed, shcd_proximity *out) {
     shcdi_search_result(s, allowed, out);
 }
 
+void shcdi_search_exactly(shcdi_search *s, const shcdi_view *view, shcd_vec3 p,
+                          const shcd_query_options *options) {
+    double unused;
+    shcdi_search_begin(s, view, p, options, &unused);
+    shcdi_search_scan(s);
+    shcdi_search_polish_from(s, shcdi_search_start(s), s->nearest_leaf);
+    settle_survivors(s);
+}
+
 void shcdi_query_certified(shcdi_search *s, const shcdi_view *view, shcd_vec3 p,
                            const shcd_query_options *options, shcd_proximity *out) {
     double allowed;
@@ -140,9 +149,12 @@ void shcdi_query_certified(shcdi_search *s, const shcdi_view *view, shcd_vec3 p,
 }
 
 void shcdi_query_certified_from(shcdi_search *s, const shcdi_view *view, shcd_vec3 p, shcd_vec3 w,
-                                const shcd_query_options *options, shcd_proximity *out) {
+                                const shcd_query_options *options, int last_sign, double moved_m,
+                                shcd_proximity *out) {
     double allowed;
     shcdi_search_begin(s, view, p, options, &allowed);
+    s->last_sign = last_sign;
+    s->moved_m = moved_m;
     shcdi_search_polish_from(s, w, shcdi_view_leaf_of(view, w));
     shcdi_search_scan_to(s, s->upper - s->tolerance);
     finish_exact(s, allowed, out);

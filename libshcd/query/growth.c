@@ -1,42 +1,16 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Bounds of a displacement D(w) = sum_i d_i Y_i(w) and of its derivatives along great circles.
- *
- * Along a great circle w(t), |sum over m of d_lm Y_lm^(k)(w(t))| <= |D_l| (sum over m of
- * Y_lm^(k)^2)^(1/2) by Cauchy-Schwarz, D_l the 3 x (2l+1) block of degree l and |.| its spectral
- * norm, which the Frobenius norm bounds. The addition theorem, sum over m of Y_lm(w(s)) Y_lm(w(t))
- * = (2l+1)/(4 pi) P_l(cos(s - t)), differentiated k times in s and in t at s = t, gives
- * sum over m of Y_lm^(k)^2 = (2l+1)/(4 pi) g_k(l), g_k = (-1)^k d^2k/dt^2k P_l(cos t) at t = 0.
- * Legendre's equation P'' + cot(t) P' + x P = 0 with x = l (l + 1), solved by a power series in t:
- *
- *   g_0 = 1,  g_1 = x/2,  g_2 = x (3 x - 2)/8,  g_3 = x (5 (3 x - 2)(3 x - 4)/144 + 2/9).
- */
+/* The bounds of norms.c, without tables at hand. */
 #include "query/growth.h"
 
-/* 1/(4 pi) */
-#define INVERSE_SPHERE 0.079577471545947668
-/* more than the roundings of the sums over (150 + 1)^2 terms */
-#define OUTWARD (1.0 + 1e-11)
+#include "model/norms.h"
 
 void shcdi_growth(int degree, const double *a, const double *b, double growth[4]) {
-    double sum[4] = {0.0, 0.0, 0.0, 0.0};
-    size_t i = 0;
+    double factors[SHCDI_NORMS * (SHCD_DEGREE_MAX + 1)], sum[SHCDI_NORMS];
     for (int l = 0; l <= degree; l++) {
-        double square = 0.0;
-        for (const size_t end = 3 * SHCD_COUNT(l); i < end; i++) {
-            const double d = a[i] - b[i];
-            square += d * d;
-        }
-        if (square > 0.0) {
-            const double x = (double)l * (l + 1.0);
-            const double size = sqrt(square * (2.0 * l + 1.0) * INVERSE_SPHERE);
-            sum[0] += size;
-            sum[1] += size * sqrt(x / 2.0);
-            sum[2] += size * sqrt(x * (3.0 * x - 2.0) / 8.0);
-            sum[3] +=
-                size * sqrt(x * (5.0 * (3.0 * x - 2.0) * (3.0 * x - 4.0) / 144.0 + 2.0 / 9.0));
-        }
+        shcdi_norm_factors(degree, l, factors + SHCDI_NORMS * l);
     }
+    shcdi_norms(SHCD_SIMD_PORTABLE, factors, degree, a, b, sum);
     for (int k = 0; k < 4; k++) {
-        growth[k] = sum[k] * OUTWARD;
+        growth[k] = sum[k];
     }
 }

@@ -13,9 +13,12 @@ void shcdi_query_map(const shcd_model *model, const shcdi_map *map, shcd_vec3 p,
 void shcdi_query_certified(shcdi_search *s, const shcdi_view *view, shcd_vec3 p,
                            const shcd_query_options *options, shcd_proximity *out);
 
-/** The exact tier with a foot to be expected near w: less is left to look at. RT safe. */
+/** The exact tier with a foot to be expected near w: less is left to look at. Point and surface
+ *  moved by at most `moved_m` since the point was on the side `last_sign`, if that is not 0. RT
+ *  safe. */
 void shcdi_query_certified_from(shcdi_search *s, const shcdi_view *view, shcd_vec3 p, shcd_vec3 w,
-                                const shcd_query_options *options, shcd_proximity *out);
+                                const shcd_query_options *options, int last_sign, double moved_m,
+                                shcd_proximity *out);
 
 /** Newton from a parameter; fills a zeroed result. RT safe. */
 void shcdi_query_track(const shcdi_view *view, shcd_vec3 p, shcd_vec3 w, shcd_proximity *out);

@@ -175,12 +175,7 @@ void shcdi_separator_make(shcdi_pair_search *s) {
 }
 
 static int is_in_cap(const shcdi_separator *separator, int which, const shcd_vec3 w[3]) {
-    int inside = 1;
-    for (int i = 0; i < 3 && inside; i++) {
-        const shcd_vec3 d = shcd_sub(w[i], separator->cap[which].w);
-        inside = shcd_dot(d, d) <= separator->cap[which].chord2;
-    }
-    return inside;
+    return shcdi_patch_in_cap(w, separator->cap[which].w, separator->cap[which].chord2);
 }
 
 double shcdi_separator_bound(const shcdi_separator *separator, int which, const shcdi_image *patch,

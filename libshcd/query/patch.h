@@ -15,6 +15,17 @@ void shcdi_split(const shcd_vec3 w[3], shcd_vec3 child[4][3]);
 /** Centre direction of a patch, and an angle within which all of it lies of that. RT safe. */
 shcd_vec3 shcdi_cap_of(const shcd_vec3 w[3], double *angle);
 
+/** Whether a patch lies in the cap about a direction; chord2 is the squared chord of its angle. RT
+ *  safe. */
+static inline int shcdi_patch_in_cap(const shcd_vec3 w[3], shcd_vec3 centre, double chord2) {
+    int inside = 1;
+    for (int k = 0; k < 3 && inside; k++) {
+        const shcd_vec3 d = shcd_sub(w[k], centre);
+        inside = shcd_dot(d, d) <= chord2;
+    }
+    return inside;
+}
+
 /** Leaf of a tree of this level that holds a direction. RT safe. */
 size_t shcdi_leaf_of(int level, shcd_vec3 w);
 

@@ -121,25 +121,10 @@ double shcdi_room(const shcdi_view *view, size_t leaf, shcd_vec3 w, double reach
     return reach - shcdi_angle_upper(shcd_norm(shcd_sub(shcd_unit(c), w)));
 }
 
-int shcdi_ball_holds_leaf(const shcdi_ball_bound *ball, const shcdi_view *view, size_t leaf) {
-    for (int k = 0; k < 3; k++) {
-        const shcd_vec3 d = shcd_sub(shcdi_view_corner(view, leaf, k), ball->w);
-        if (!(shcd_dot(d, d) <= ball->chord2)) {
-            return 0;
-        }
-    }
-    return 1;
-}
-
 static int in_ball(const shcdi_search *s, const shcd_vec3 w[3], double *lower) {
     for (size_t i = 0; i < s->n_balls; i++) {
         const shcdi_ball_bound *b = &s->balls[i];
-        int inside = 1;
-        for (int k = 0; k < 3 && inside; k++) {
-            const shcd_vec3 d = shcd_sub(w[k], b->w);
-            inside = shcd_dot(d, d) <= b->chord2;
-        }
-        if (inside) {
+        if (shcdi_patch_in_cap(w, b->w, b->chord2)) {
             *lower = shcdi_max(*lower, b->lower);
             return 1;
         }

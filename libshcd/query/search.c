@@ -34,13 +34,12 @@ void shcdi_search_prepare(shcdi_search *s, const shcdi_view *view, shcd_vec3 p,
     s->n_visited = 0;
     s->nearest = s->least = HUGE_VALF;
     s->nearest_leaf = 0;
-    s->scan_upper = s->upper = s->expected = s->lower = s->leaves_lower = s->beyond_lower =
-        HUGE_VAL;
+    s->upper = s->expected = s->lower = s->leaves_lower = s->beyond_lower = HUGE_VAL;
     s->n_balls = 0;
     s->is_exact = options->tier == SHCD_TIER_EXACT;
-    s->known_sign = s->truncated = s->not_stationary = s->bounds_only = 0;
+    s->last_sign = s->truncated = s->not_stationary = s->bounds_only = 0;
     s->levels_max = SHCDI_SPLIT_LEVELS_MAX;
-    s->best_room = 0.0;
+    s->best_room = s->moved_m = 0.0;
     s->n_evaluations = s->n_patches = s->n_newton = 0;
     s->patches_max = options->patches_max != 0 ? options->patches_max : SHCD_QUERY_PATCHES_DEFAULT;
     s->evaluations_max =
@@ -65,11 +64,13 @@ void shcdi_search_begin(shcdi_search *s, const shcdi_view *view, shcd_vec3 p,
     s->at[0] = (float)q.x;
     s->at[1] = (float)q.y;
     s->at[2] = (float)q.z;
-    s->growth = (float)(view->deviation_growth_m * index->scale * (1.0 + 0x1p-22));
-    const shcdi_ball_table balls = {view->positions.ball, view->positions.ball + index->n_balls,
+    const shcdi_ball_table balls = {view->positions.ball,
+                                    view->positions.ball + index->n_balls,
                                     view->positions.ball + 2 * index->n_balls,
-                                    view->positions.ball + 3 * index->n_balls, index->n_balls};
-    shcdi_scan_balls(view->series.simd, &balls, s->at, s->growth, s->ball);
+                                    view->positions.ball + 3 * index->n_balls,
+                                    view->block_growth,
+                                    index->n_balls};
+    shcdi_scan_balls(view->series.simd, &balls, s->at, s->ball);
     for (size_t b = index->table.n_blocks; b < index->n_balls; b++) {
         s->ball[b] = HUGE_VALF;
     }
@@ -80,11 +81,16 @@ static double from_scan(const shcdi_search *s, float a) {
     return (double)a / s->view->index->scale + s->offset_m;
 }
 
+static float growth_of(const shcdi_search *s, size_t block) {
+    const float *growth = s->view->block_growth;
+    return growth != NULL ? growth[block] : 0.0f;
+}
+
 static void scan_block(const shcdi_search *s, size_t block, float lower[SHCDI_BLOCK_LEAVES],
                        float upper[SHCDI_BLOCK_LEAVES], float least[2]) {
     const shcdi_index *index = s->view->index;
     shcdi_scan_leaves(s->view->series.simd, &s->view->positions.block[block], &index->bounds[block],
-                      s->at, s->growth, lower, upper, least);
+                      s->at, growth_of(s, block), lower, upper, least);
 }
 
 static void visit_block(shcdi_search *s, size_t block) {
@@ -118,7 +124,7 @@ static float block_lower(const shcdi_search *s, size_t b) {
     const double across = shcdi_max(0.0, fabs(h) - (double)block->thickness);
     const double along = shcdi_max(0.0, sqrt(shcdi_max(0.0, d2 - h * h)) - (double)block->width);
     const double noise = 0x1p-19 * (sqrt(d2) + (double)s->extent);
-    const double lower = sqrt(across * across + along * along) - ((double)s->growth + noise);
+    const double lower = sqrt(across * across + along * along) - ((double)growth_of(s, b) + noise);
     return lower > (double)s->ball[b] ? (float)lower : s->ball[b];
 }
 
@@ -160,9 +166,8 @@ void shcdi_search_scan(shcdi_search *s) {
             visit_block(s, block);
         }
     }
-    s->scan_upper = from_scan(s, s->nearest);
     /* what is left is farther than the nearest leaf's far side */
-    s->beyond_lower = left == 0 ? s->scan_upper : beyond(s);
+    s->beyond_lower = left == 0 ? from_scan(s, s->nearest) : beyond(s);
     s->leaves_lower = shcdi_min(from_scan(s, s->least), s->beyond_lower);
 }
 

@@ -30,8 +30,8 @@ typedef struct shcdi_search {
     double tolerance; /**< gap allowed between best and lower [m] */
     double slack;     /**< rounding of a distance [m] */
     /* the scan: scaled floats relative to the index's origin */
-    float at[3], extent, growth; /* extent: |at| */
-    double offset_m;             /**< added to scanned distances [m] */
+    float at[3], extent; /* extent: |at| */
+    double offset_m;     /**< added to scanned distances [m] */
     uint16_t visited[SHCDI_BLOCKS_MAX];
     size_t n_visited;
     float kept[SHCDI_VISITS_KEPT][SHCDI_BLOCK_LEAVES];
@@ -39,7 +39,6 @@ typedef struct shcdi_search {
     uint16_t queue[SHCDI_BLOCKS_MAX];
     float nearest, least; /**< of the leaves visited: nearest far side, least lower bound */
     size_t nearest_leaf;
-    double scan_upper;   /**< of the distance, from the scan alone [m] */
     double leaves_lower; /**< of all leaves, by the scan alone [m] */
     double beyond_lower; /**< of the blocks that were not visited [m] */
     /* feet */
@@ -55,9 +54,10 @@ typedef struct shcdi_search {
     uint32_t n_evaluations, n_patches, n_newton;
     uint32_t patches_max, evaluations_max;
     int is_exact, truncated, not_stationary;
-    int known_sign;  /**< -1, 1: proven otherwise; 0: not known */
+    int last_sign;   /**< of this point where it was before; 0: not known */
     int levels_max;  /**< how often a leaf may be split */
     int bounds_only; /**< 1: leaves are settled without looking for feet */
+    double moved_m;  /**< what the point and the surface moved since then, at most */
 } shcdi_search;
 
 /** Tolerances, caps and counts for one point, without the scan. `allowed` gets the width of the
@@ -94,8 +94,6 @@ double shcdi_ball_about(const shcdi_foot *foot, const shcdi_leaf_bounds *bounds,
                         shcdi_ball_bound *ball);
 /** How far around a foot the bounds of a leaf hold. */
 double shcdi_room(const shcdi_view *view, size_t leaf, shcd_vec3 w, double reach);
-/** Whether a leaf lies in the ball. */
-int shcdi_ball_holds_leaf(const shcdi_ball_bound *ball, const shcdi_view *view, size_t leaf);
 /** Newton from a parameter; a minimum becomes the best foot or at least a ball. `leaf` holds or is
  *  near w. */
 void shcdi_search_polish_from(shcdi_search *s, shcd_vec3 w, size_t leaf);
@@ -103,6 +101,10 @@ void shcdi_search_polish_from(shcdi_search *s, shcd_vec3 w, size_t leaf);
 void shcdi_search_settle_leaf(shcdi_search *s, size_t leaf, double lower);
 /** Whether a ball holds the leaf; *lower is then raised to its bound. */
 int shcdi_search_in_ball(const shcdi_search *s, size_t leaf, double *lower);
+
+/** The exact tier's search of a point, without its result (closest.c). RT safe. */
+void shcdi_search_exactly(shcdi_search *s, const shcdi_view *view, shcd_vec3 p,
+                          const shcd_query_options *options);
 
 /** Distance, interval, sign and flags of the best foot, into a zeroed result. */
 void shcdi_search_result(shcdi_search *s, double allowed, shcd_proximity *out);

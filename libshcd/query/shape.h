@@ -6,16 +6,36 @@
 #include "model/model.h"
 #include "shcd/shape.h"
 
+/** What the positions of one sector's blocks stem from. */
+typedef struct shcdi_sector {
+    double path_m; /**< the shape's path[0] when its positions were evaluated, or less */
+    double tree_m; /**< what its leaves deviated by more than at rest then */
+} shcdi_sector;
+
 struct shcd_shape {
     uint64_t size; /**< of the whole block */
-    uint64_t n_sets, n_refreshes;
-    double displacement[4];    /**< B_k(current - rest) */
-    double tree[4];            /**< B_k(what the node positions were evaluated from - rest) */
-    double stale[4];           /**< B_k(current - what the node positions were evaluated from) */
-    double path[4];            /**< sum of B_k over all changes: certificates compare two values */
+    uint64_t n_sets, n_refreshes, n_blocks_evaluated;
+    double displacement[4]; /**< B_k(current - rest) */
+    double tree_m;   /**< what the leaves deviated by more than at rest at the last refresh */
+    double stale[4]; /**< B_k(current - what all node positions were evaluated from) */
+    double path[4];  /**< sum of B_k over all changes: certificates compare two values */
     double evaluation_error_m; /**< rounding of an evaluated S */
-    size_t tree_at, packed_at, position_at; /**< offsets in value[] */
-    double value[]; /**< current coefficients, those of the tree, packed, positions */
+    double inflation_m;        /**< largest bound of current - evaluated, over the blocks */
+    double growth_m;           /**< largest of the blocks' growths */
+    uint32_t is_uniform;       /**< 1: all positions stem from the tree's coefficients */
+    uint32_t next_sector;      /**< the one that was evaluated longest ago */
+    shcdi_sector sector[SHCDI_SECTORS_MAX];            /**< valid unless uniform */
+    size_t tree_at, packed_at, growth_at, position_at; /**< offsets in value[] */
+    double value[]; /**< current coefficients, those of the tree, packed, growths, positions */
 };
+
+/** What the deviations of the blocks' leaves may exceed the tables by, scaled (view.h). */
+static inline float *shcdi_shape_growths(const shcd_shape *shape) {
+    union {
+        const double *given;
+        float *floats;
+    } at = {shape->value + shape->growth_at};
+    return at.floats;
+}
 
 #endif

@@ -5,6 +5,7 @@
  * Where the surface keeps off K that is the distance between K and the surface (tool_search.c),
  * certified, with the sign of any point of K: the whole core is on one side. Where it is the
  * inside, or the surface enters K, the depth of K is searched for (tool_depth.c). */
+#include "query/internal.h"
 #include "query/tool_search.h"
 
 #include <string.h>
@@ -160,21 +161,6 @@ static void closest_to_core(query *q, const shcd_vec3 *seed) {
     }
 }
 
-static int read_options(const shcd_query_options *given, shcd_query_options *options) {
-    const shcd_query_options defaults = SHCD_QUERY_OPTIONS_INIT;
-    *options = defaults;
-    if (given != NULL) {
-        if (given->struct_size < sizeof given->struct_size) {
-            return 0;
-        }
-        const size_t size =
-            given->struct_size < sizeof *options ? given->struct_size : sizeof *options;
-        memcpy(options, given, size);
-    }
-    return options->tier >= SHCD_TIER_EXACT && options->tier <= SHCD_TIER_MAP &&
-           options->tolerance >= 0.0 && shcdi_is_finite(options->tolerance);
-}
-
 /* |c - centre| - radius - size is at most the gap: a tolerance relative to it is at most the one
  * asked for. */
 static void set_tolerance(query *q, const shcd_query_options *options) {
@@ -193,7 +179,7 @@ shcd_status shcdi_tool_closest_from(const shcd_model *model, const shcd_shape *s
     shcd_query_options read;
     shcdi_view view;
     shcdi_placed_tool placed;
-    if (model == NULL || tool == NULL || out == NULL || !read_options(options, &read)) {
+    if (model == NULL || tool == NULL || out == NULL || !shcdi_query_options(options, &read)) {
         return SHCD_ERR_ARGUMENT;
     }
     if (!shcdi_core_exists(tool)) {

@@ -10,6 +10,8 @@
  * than that. */
 #include "query/tool_refine.h"
 
+#include "query/patch.h"
+
 #include <string.h>
 
 #define NEWTON_STEPS_MAX 24
@@ -95,12 +97,7 @@ void shcdi_tool_polish_from(shcdi_tool_search *s, shcd_vec3 w) {
 static int inside_ball(const shcdi_tool_search *s, const shcd_vec3 w[3], double *lower) {
     for (size_t i = 0; i < s->n_balls; i++) {
         const shcdi_tool_ball *b = &s->balls[i];
-        int inside = 1;
-        for (int k = 0; k < 3 && inside; k++) {
-            const shcd_vec3 d = shcd_sub(w[k], b->w);
-            inside = shcd_dot(d, d) <= b->chord2;
-        }
-        if (inside) {
+        if (shcdi_patch_in_cap(w, b->w, b->chord2)) {
             *lower = b->lower;
             return 1;
         }

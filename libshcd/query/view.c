@@ -16,20 +16,18 @@ void shcdi_view_of(const shcd_model *model, const shcd_shape *shape, shcdi_view 
     view->radius_m = model->info.radius_m;
     view->diagonal_m = model->info.diagonal_m;
     view->is_embedded = model->info.is_embedded;
-    view->deviation_growth_m = 0.0;
+    view->deviation_growth_m = view->parting_m = 0.0;
+    view->block_growth = NULL;
     memset(view->growth, 0, sizeof view->growth);
     if (shape != NULL) {
-        const shcdi_index_table *table = &model->index.table;
         memcpy(view->growth, shape->displacement, sizeof view->growth);
         view->series.packed = shape->value + shape->packed_at;
         view->evaluation_error_m = shape->evaluation_error_m;
         view->radius_m += shape->displacement[0];
-        view->deviation_growth_m = shape->stale[0] + table->per_first * shape->tree[1] +
-                                   table->per_second * shape->tree[2] +
-                                   2.0 * shape->evaluation_error_m;
-        if (shape->n_refreshes > 0) {
-            view->positions = shcdi_positions_at(&model->index, shape->value + shape->position_at);
-        }
+        view->block_growth = shcdi_shape_growths(shape);
+        view->deviation_growth_m = shape->growth_m;
+        view->parting_m = shape->is_uniform ? 0.0 : 2.0 * shape->inflation_m;
+        view->positions = shcdi_positions_at(&model->index, shape->value + shape->position_at);
         /* the share of pairs (a, b) that come closest to touching, |S(a) - S(b)| per angle, falls
          * by at most B_1: an embedded surface stays one while that is above 0 */
         view->is_embedded = view->is_embedded && shape->displacement[1] < model->spread_m;
@@ -50,7 +48,7 @@ double shcdi_view_block_ball(const shcdi_view *view, size_t block, shcd_vec3 *ce
     const double x[3] = {(double)ball[block], (double)ball[index->n_balls + block],
                          (double)ball[2 * index->n_balls + block]};
     *centre = from_index(index, x);
-    return (double)ball[3 * index->n_balls + block] / index->scale + view->deviation_growth_m;
+    return (double)ball[3 * index->n_balls + block] / index->scale + shcdi_view_growth(view, block);
 }
 
 void shcdi_view_leaf_bounds(const shcdi_view *view, size_t leaf, shcdi_leaf_bounds *out) {
@@ -97,7 +95,7 @@ void shcdi_view_leaf_at(const shcdi_view *view, size_t leaf, shcdi_view_leaf *ou
     out->deviation_m =
         ((double)shcdi_from_half(index->bounds[b].deviation[i]) + (double)SHCDI_GRID_ERROR * unit) /
             index->scale +
-        view->deviation_growth_m + 4e-16 * (shcd_norm(index->origin) + 1.0 / index->scale);
+        shcdi_view_growth(view, b) + 4e-16 * (shcd_norm(index->origin) + 1.0 / index->scale);
     out->centre = shcdi_cap_of(w, &out->angle);
     shcdi_view_leaf_bounds(view, leaf, &bounds);
     out->m1 = bounds.m1;

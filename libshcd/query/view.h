@@ -6,11 +6,12 @@
  * The parameter sphere is cut into leaves, and 16 consecutive leaves make a block.
  *
  * How bounds follow. Let D = S - S_rest, E = S - S_tree with S_tree the surface that the node
- * positions were evaluated from, and B_k the bounds of growth.c. Derivatives of S exceed those of
- * S_rest by at most B_k(D), and S'.S'' by B_1 M_2 + B_2 M_1 + B_1 B_2, M_k of the rest shape. A
- * leaf's flat triangle deviates from S_tree by at most its rest value plus K_1 B_1(D_tree) + K_2
- * B_2(D_tree), since the bound of tree.c is linear in the derivatives' bounds; and S_tree(w) from
- * S(w) by at most B_0(E). */
+ * positions of a block were evaluated from, and B_k the bounds of growth.c. Derivatives of S exceed
+ * those of S_rest by at most B_k(D), and S'.S'' by B_1 M_2 + B_2 M_1 + B_1 B_2, M_k of the rest
+ * shape. A leaf's flat triangle deviates from S_tree by at most its rest value plus
+ * K_1 B_1(D_tree) + K_2 B_2(D_tree), since the bound of tree.c is linear in the derivatives'
+ * bounds; and S_tree(w) from S(w) by at most B_0(E). Both are taken block by block, since blocks
+ * may stem from different moments (shape.c). */
 #ifndef SHCDI_QUERY_VIEW_H
 #define SHCDI_QUERY_VIEW_H
 
@@ -23,7 +24,10 @@ typedef struct shcdi_view {
     shcdi_positions positions;
     shcdi_series series;       /**< current coefficients */
     double growth[4];          /**< what |S|, |S'|, |S''|, |S'''| may exceed those at rest by */
-    double deviation_growth_m; /**< what the leaves' deviations may exceed the tables by */
+    const float *block_growth; /**< what the deviations of a block's leaves may exceed the tables
+                                    by, scaled, n_balls of them; NULL: nothing */
+    double deviation_growth_m; /**< the largest of these */
+    double parting_m;          /**< what blocks may part by, positions being of different moments */
     double evaluation_error_m; /**< rounding of an evaluated S */
     double radius_m;           /**< certified, about model->info.centre_m */
     double diagonal_m;         /**< yardstick: that of the rest shape */
@@ -52,6 +56,12 @@ typedef struct shcdi_view_leaf {
 void shcdi_view_of(const shcd_model *model, const shcd_shape *shape, shcdi_view *view);
 
 size_t shcdi_view_block_count(const shcdi_view *view);
+
+/** What the deviations of a block's leaves may exceed the tables by [m]. RT safe. */
+static inline double shcdi_view_growth(const shcdi_view *view, size_t block) {
+    return view->block_growth != NULL ? (double)view->block_growth[block] / view->index->scale
+                                      : 0.0;
+}
 
 /** Radius of a ball that contains S(w) for all w of a block. RT safe. */
 double shcdi_view_block_ball(const shcdi_view *view, size_t block, shcd_vec3 *centre);

@@ -169,13 +169,14 @@ shcd_status shcdi_ask(const shcdi_body *body, const shcdi_tool *tool, shcd_vec3 
     const int tier = shcdi_plan(body, tool, contact->is_known != 0, out, &options);
     shcd_status status;
     if (tier == SHCD_TIER_EXACT) {
-        status = shcd_closest_next(body->model, NULL, p, &options, &contact->certificate, found);
+        status =
+            shcd_closest_next(body->model, out->shape, p, &options, &contact->certificate, found);
     } else if (tier == SHCD_TIER_TRACK) {
-        status = shcd_track(body->model, p, contact->proxy.parameter, found);
-    } else if (tier == SHCD_TIER_MAP && accuracy->map != NULL) {
+        status = shcdi_track_now(body, out->shape, p, contact->proxy.parameter, found);
+    } else if (tier == SHCD_TIER_MAP && accuracy->map != NULL && out->shape == NULL) {
         status = shcd_map_query(accuracy->map, p, accuracy->map_hermite, found);
     } else {
-        status = shcd_closest(body->model, p, &options, found);
+        status = shcdi_closest_now(body, out->shape, p, &options, found);
     }
     if (status == SHCD_OK) {
         shcdi_count(out, found);

@@ -63,6 +63,7 @@ static void settle(const shcdi_tool *tool, shcd_pose tool_in_body, const shcdi_a
     contact->ball = shcdi_ball_pose(tool, tool_in_body);
     contact->core_m = shcd_transform_inverse(tool_in_body, a->core_m);
     contact->lower_m = lower_m + tool->ball_radius_m;
+    contact->surface_way_m = shcdi_surface_way(out->shape);
     contact->is_known = 1;
     contact->is_touching = out->gap_m < 0.0;
     contact->is_behind = a->foot.distance_m < 0.0;
@@ -78,6 +79,10 @@ typedef struct sight {
     shcdi_gap *out;
 } sight;
 
+static double surface_motion(const sight *s) {
+    return shcdi_surface_way(s->out->shape) - s->last->surface_way_m;
+}
+
 /* Sinks what a query found. The foot only follows, so that past the medial axis the result would
  * belong to a side on which the tool is not: it has to be the true signed distance there. */
 static void sink_found(const sight *s, shcdi_answer *a) {
@@ -90,7 +95,7 @@ static void sink_found(const sight *s, shcdi_answer *a) {
     }
     shcdi_set_caps(s->body, s->tool, &options);
     shcdi_limit(&s->body->accuracy, s->out->allowance_ns, &options);
-    if (shcd_closest(s->body->model, deeper.core_m, &options, &exact) == SHCD_OK) {
+    if (shcdi_closest_now(s->body, s->out->shape, deeper.core_m, &options, &exact) == SHCD_OK) {
         shcdi_count(s->out, &exact);
         if (fabs(exact.distance_m - deeper.foot.distance_m) <= DEEPER * s->body->diagonal_m) {
             *a = deeper;
@@ -101,8 +106,8 @@ static void sink_found(const sight *s, shcdi_answer *a) {
 /* @return whether the query gave an answer; one inside is sunk */
 static bool look(const sight *s, const shcd_query_options *options, shcdi_answer *a,
                  shcd_tool_proximity *found) {
-    if (shcd_tool_closest(s->body->model, NULL, s->tool->geometry, s->pose, options, found) !=
-        SHCD_OK) {
+    if (shcd_tool_closest(s->body->model, s->out->shape, s->tool->geometry, s->pose, options,
+                          found) != SHCD_OK) {
         return false;
     }
     s->out->n_evaluations += found->n_evaluations;
@@ -119,7 +124,8 @@ static bool look(const sight *s, const shcd_query_options *options, shcdi_answer
 /* Follows the last core point. @return whether it is behind its proxy */
 static bool keep(const sight *s, shcdi_answer *kept) {
     kept->core_m = shcd_transform(s->pose, s->last->core_m);
-    const shcdi_pursuit u = shcdi_pursue(s->body, &s->last->proxy, kept->core_m, s->dt_s);
+    const shcdi_pursuit u =
+        shcdi_pursue(s->body, &s->last->proxy, kept->core_m, surface_motion(s), s->dt_s);
     return shcdi_keep_proxy(&u, &kept->foot, s->out);
 }
 
@@ -152,13 +158,15 @@ static bool stay(const sight *s, shcdi_answer *kept) {
 
 /* Rule 3, for a core that has just gone in: whether it came from where its foot was. */
 static bool came_from(const sight *s, const shcdi_answer *a, shcdi_answer *kept) {
-    const shcdi_pursuit u = shcdi_pursue(s->body, &s->last->proxy, a->core_m, s->dt_s);
+    const shcdi_pursuit u =
+        shcdi_pursue(s->body, &s->last->proxy, a->core_m, surface_motion(s), s->dt_s);
     if (!s->last->is_known || s->last->is_behind || a->foot.distance_m >= 0.0 ||
         shcdi_is_continued_by(&u, a->foot.point_m, a->foot.normal)) {
         return false;
     }
     kept->core_m = shcd_transform(s->pose, s->last->core_m);
-    const shcdi_pursuit old = shcdi_pursue(s->body, &s->last->proxy, kept->core_m, s->dt_s);
+    const shcdi_pursuit old =
+        shcdi_pursue(s->body, &s->last->proxy, kept->core_m, surface_motion(s), s->dt_s);
     return shcdi_follow(&old, &kept->foot, s->out) && kept->foot.distance_m < 0.0 &&
            !is_along(s, a, kept);
 }
@@ -191,7 +199,8 @@ void shcdi_convex_update(const shcdi_body *body, const shcdi_tool *tool, shcd_po
         contact->is_known = 0;
         contact->is_touching = 0;
         contact->is_behind = 0;
-        out->gap_m = shcdi_max(shcdi_contact_lower_bound(body, tool, contact, &ball), 0.0);
+        out->gap_m =
+            shcdi_max(shcdi_contact_lower_bound(body, out->shape, tool, contact, &ball), 0.0);
         out->flags = SHCD_TOOL_OUTPUT_TRUNCATED;
         return;
     }

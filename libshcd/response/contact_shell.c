@@ -52,7 +52,8 @@ typedef struct shell_state {
     double way_m;     /* gone since the keys are valid */
     double nearest_m; /* upper bound of the gap in the last tick */
     double still_s;
-    uint32_t is_known; /* 0: all of this is void */
+    double surface_way_m; /* of the body by then */
+    uint32_t is_known;    /* 0: all of this is void */
     uint32_t n_contacts;
     uint32_t stamp;
     uint32_t reserved0;
@@ -81,10 +82,11 @@ typedef struct hunt {
     unsigned char *effects;
     shcd_pose pose;
     double dt_s;
-    double gap_m;      /* upper bound, of the last tick or of the nearest visited point */
-    double lower_m;    /* of all points not visited, proven */
-    bool was_touching; /* the shell was in contact in the last tick */
-    bool has_nearest;  /* gap_m is a visited point's */
+    double surface_motion_m; /* of the body's surface since the last visit, at most */
+    double gap_m;            /* upper bound, of the last tick or of the nearest visited point */
+    double lower_m;          /* of all points not visited, proven */
+    bool was_touching;       /* the shell was in contact in the last tick */
+    bool has_nearest;        /* gap_m is a visited point's */
     shcd_query_options options;
     shcdi_gap *out;
 } hunt;
@@ -194,7 +196,8 @@ static void note_nearest(hunt *h, shcd_vec3 p, const shcd_proximity *found) {
 
 /* @return whether the point's proxy still holds it */
 static bool keep_contact(hunt *h, uint32_t v, shcd_vec3 p, double *lower_m) {
-    const shcdi_pursuit u = shcdi_pursue(h->body, &h->slot[h->slot_of[v] - 1].proxy, p, h->dt_s);
+    const shcdi_pursuit u =
+        shcdi_pursue(h->body, &h->slot[h->slot_of[v] - 1].proxy, p, h->surface_motion_m, h->dt_s);
     shcd_proximity found;
     if (!shcdi_keep_proxy(&u, &found, h->out)) {
         end_contact(h, h->slot_of[v] - 1);
@@ -222,14 +225,15 @@ static double visit(hunt *h, uint32_t v, double lower_m) {
     if (h->slot_of[v] != 0 && keep_contact(h, v, p, &lower_m)) {
         return lower_m;
     }
-    if ((h->was_touching || h->gap_m < 0.0) && h->shell->n_below[v] == 1 &&
+    /* the map is that of the rest shape */
+    if (h->out->shape == NULL && (h->was_touching || h->gap_m < 0.0) && h->shell->n_below[v] == 1 &&
         is_outside(h->body->model, p)) {
         return shcdi_max(lower_m, 0.0);
     }
     shcd_query_options rest = h->options;
     rest.evaluations_max = what_is_left(h->options.evaluations_max, h->out->n_evaluations);
     rest.patches_max = what_is_left(h->options.patches_max, h->out->n_patches);
-    if (shcd_closest(h->body->model, p, &rest, &found) != SHCD_OK) {
+    if (shcdi_closest_now(h->body, h->out->shape, p, &rest, &found) != SHCD_OK) {
         return lower_m; /* cannot happen for a finite point */
     }
     shcdi_count(h->out, &found);
@@ -350,6 +354,7 @@ static void forget(hunt *h, const shcd_pose *ball) {
     h->state->way_m = 0.0;
     h->state->nearest_m = HUGE_VAL;
     h->state->still_s = 0.0;
+    h->state->surface_way_m = shcdi_surface_way(h->out->shape);
     h->state->is_known = 1;
 }
 
@@ -358,12 +363,15 @@ static void begin(hunt *h, const shcdi_tool *tool, const shcd_pose *ball) {
     if (!state->is_known || state->way_m > WAY_MAX) {
         forget(h, ball);
     }
-    const double motion = shcdi_motion_bound(tool, &state->ball, ball);
+    const double surface_way = shcdi_surface_way(h->out->shape);
+    h->surface_motion_m = surface_way - state->surface_way_m;
+    const double motion = shcdi_motion_bound(tool, &state->ball, ball) + h->surface_motion_m;
     const double centre = shcd_norm(shcd_sub(ball->position_m, state->ball.position_m));
     if (shcdi_has_jumped(centre, h->dt_s, &state->still_s)) {
         shcdi_shell_release(h->shell, (unsigned char *)state);
     }
     state->ball = *ball;
+    state->surface_way_m = surface_way;
     state->way_m += motion + 0x1p-52 * state->way_m;
     state->stamp++;
     h->was_touching = state->n_contacts > 0;
@@ -395,6 +403,7 @@ void shcdi_shell_update(const shcdi_body *body, const shcdi_tool *tool, shcd_pos
     }
     out->gap_m = h.gap_m;
     contact->ball = ball;
+    contact->surface_way_m = shcdi_surface_way(out->shape);
     contact->is_known = 1;
     contact->is_touching = h.state->n_contacts > 0;
     contact->lower_m = (out->n_points_left == 0 ? h.lower_m : -HUGE_VAL) + tool->ball_radius_m;

@@ -44,9 +44,22 @@ static const double slide_shares[] = {0.5, 0.125, 0.03125, 0.0078125};
 #define TICK_EVALUATIONS_MIN 24u
 #define TICK_EVALUATIONS_HARMONICS 256u /* (15 + 1)^2 */
 
+shcd_status shcdi_closest_now(const shcdi_body *body, const shcd_shape *shape, shcd_vec3 p,
+                              const shcd_query_options *options, shcd_proximity *found) {
+    return shape == NULL ? shcd_closest(body->model, p, options, found)
+                         : shcd_shape_closest(body->model, shape, p, options, found);
+}
+
+shcd_status shcdi_track_now(const shcdi_body *body, const shcd_shape *shape, shcd_vec3 p,
+                            shcd_vec3 parameter, shcd_proximity *found) {
+    return shape == NULL ? shcd_track(body->model, p, parameter, found)
+                         : shcd_shape_track(body->model, shape, p, parameter, found);
+}
+
 shcdi_pursuit shcdi_pursue(const shcdi_body *body, const shcdi_proxy *last, shcd_vec3 p,
-                           double dt_s) {
-    const double motion = shcd_norm(shcd_sub(p, last->tool_m));
+                           double surface_motion_m, double dt_s) {
+    /* a surface that comes is a tool point that goes */
+    const double motion = shcd_norm(shcd_sub(p, last->tool_m)) + surface_motion_m;
     const shcdi_pursuit u = {body, last, p,
                              2.0 * motion + SLIP_SPEED * dt_s + FOOT_TOLERANCE * body->diagonal_m};
     return u;
@@ -59,7 +72,7 @@ bool shcdi_is_continued_by(const shcdi_pursuit *u, shcd_vec3 foot_m, shcd_vec3 n
 
 static bool follow_to(const shcdi_pursuit *u, shcd_vec3 target, shcd_proximity *found,
                       shcdi_gap *count) {
-    if (shcd_track(u->body->model, target, u->last->parameter, found) != SHCD_OK) {
+    if (shcdi_track_now(u->body, count->shape, target, u->last->parameter, found) != SHCD_OK) {
         return false;
     }
     shcdi_count(count, found);

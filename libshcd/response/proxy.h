@@ -19,9 +19,10 @@ typedef struct shcdi_pursuit {
     double reach_m; /**< how far a foot that continues the last one may be from it */
 } shcdi_pursuit;
 
-/** Sets the reach for a tool point that has come to p, dt_s after the last tick. */
+/** Sets the reach for a tool point that has come to p, dt_s after the last tick, over a surface
+ * that has moved by no more than surface_motion_m. */
 shcdi_pursuit shcdi_pursue(const shcdi_body *body, const shcdi_proxy *last, shcd_vec3 p,
-                           double dt_s);
+                           double surface_motion_m, double dt_s);
 
 /** Whether a foot continues the last one, or has jumped. */
 bool shcdi_is_continued_by(const shcdi_pursuit *u, shcd_vec3 foot_m, shcd_vec3 normal);
@@ -52,6 +53,19 @@ shcd_vec3 shcdi_normal_at(const shcd_proximity *found, shcd_vec3 p);
 /** No force on a guess: where the side is unknown, and not merely because the point is nearer to
  *  the surface than its leaves, it counts as outside. @return the distance to use */
 double shcdi_sure_distance(const shcdi_body *body, uint32_t proximity_flags, double distance_m);
+
+/** Finds the other walls that a ball touches whose contact has been settled, contact_sides.c.
+ *  @param[in] u  from before that */
+void shcdi_sides_update(const shcdi_body *body, const shcdi_tool *tool, const shcdi_pursuit *u,
+                        shcdi_contact *contact, shcdi_gap *out);
+
+/** shcd_closest() or shcd_shape_closest(), as there is a shape or not. */
+shcd_status shcdi_closest_now(const shcdi_body *body, const shcd_shape *shape, shcd_vec3 p,
+                              const shcd_query_options *options, shcd_proximity *found);
+
+/** shcd_track() or shcd_shape_track(), likewise. */
+shcd_status shcdi_track_now(const shcdi_body *body, const shcd_shape *shape, shcd_vec3 p,
+                            shcd_vec3 parameter, shcd_proximity *found);
 
 /** Caps of one query of a tool in a tick. */
 void shcdi_set_caps(const shcdi_body *body, const shcdi_tool *tool, shcd_query_options *options);

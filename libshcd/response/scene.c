@@ -6,6 +6,7 @@
  * values, never over addresses): a snapshot may be resumed by another process that built the same
  * scene, and is refused by any other. */
 #include "response/accuracy.h"
+#include "response/learned_dent.h"
 #include "response/scene_private.h"
 
 #include <stdalign.h>
@@ -85,7 +86,7 @@ static shcd_status check_pose(const char *body, shcd_pose pose, shcd_error *erro
 }
 
 static shcd_status check_body(const shcd_scene_def *definition, size_t i, size_t *n_active,
-                              shcd_error *error) {
+                              size_t *soft_bytes, shcd_error *error) {
     const shcd_body_def body = read_body(definition->bodies, i);
     shcdi_active_effect active[SHCDI_EFFECTS_MAX];
     size_t memory_bytes;
@@ -115,8 +116,16 @@ static shcd_status check_body(const shcd_scene_def *definition, size_t i, size_t
     if (status != SHCD_OK) {
         return status;
     }
-    return shcdi_effects_resolve(body.name, body.effects, body.n_effects, active, n_active,
-                                 &memory_bytes, error);
+    status = shcdi_effects_resolve(body.name, body.effects, body.n_effects, active, n_active,
+                                   &memory_bytes, error);
+    if (status == SHCD_OK) {
+        status = shcdi_soft_check(body.name, body.model, active, *n_active, error);
+        if (status == SHCD_OK) {
+            status = shcdi_learned_effect_check(body.name, body.model, active, *n_active, error);
+        }
+        *soft_bytes += status == SHCD_OK ? shcdi_soft_bytes(body.model, active, *n_active) : 0;
+    }
+    return status;
 }
 
 static shcd_status check_tool(const shcd_scene_def *definition, size_t i, shcd_error *error) {
@@ -169,12 +178,13 @@ static shcd_status check_counts(const shcd_scene_def *definition, shcd_error *er
 }
 
 static shcd_status check_definition(const shcd_scene_def *definition, size_t *n_active,
-                                    shcd_error *error) {
+                                    size_t *soft_bytes, shcd_error *error) {
     shcd_status status = check_counts(definition, error);
     *n_active = 0;
+    *soft_bytes = 0;
     for (size_t i = 0; status == SHCD_OK && i < definition->n_bodies; i++) {
         size_t n = 0;
-        status = check_body(definition, i, &n, error);
+        status = check_body(definition, i, &n, soft_bytes, error);
         *n_active += n;
     }
     for (size_t i = 0; status == SHCD_OK && i < definition->n_tools; i++) {
@@ -203,6 +213,12 @@ static uint64_t hash_body(uint64_t h, const shcdi_body *body) {
     h = hash(h, &degree, sizeof degree);
     h = hash(h, shcd_model_coefficients(body->model), 3 * SHCD_COUNT(degree) * sizeof(double));
     h = shcdi_accuracy_hash(h, &body->accuracy, hash);
+    if (body->soft != NULL) {
+        const size_t n = body->soft->n_modes;
+        const shcd_modes *modes = shcd_model_modes(body->model);
+        h = hash(h, modes->eigenvalue_per_m2, n * sizeof(double));
+        h = hash(h, modes->coefficient_per_m, n * SHCD_COUNT(degree) * sizeof(double));
+    }
     for (size_t e = 0; e < body->n_effects; e++) {
         const shcdi_active_effect *active = &body->effects[e];
         /* the terminating null ends the name, so that names cannot run into each other */
@@ -245,8 +261,6 @@ static uint64_t fingerprint(const shcd_scene *scene) {
 static shcd_status fill_body(shcd_scene *scene, const shcd_body_def *definition,
                              shcdi_active_effect *active, shcdi_body *body, shcd_error *error) {
     shcd_model_info info = {.struct_size = sizeof info};
-    shcd_quat q = definition->body_in_world.orientation;
-    const double n = sqrt(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z);
     shcd_status status = shcd_model_describe(definition->model, &info);
     if (status != SHCD_OK) {
         return shcdi_fail(error, status, "scene_create: body '%s': its model has no description",
@@ -255,11 +269,7 @@ static shcd_status fill_body(shcd_scene *scene, const shcd_body_def *definition,
     memcpy(body->name, definition->name, strlen(definition->name));
     body->model = definition->model;
     body->body_in_world.position_m = definition->body_in_world.position_m;
-    q.w /= n;
-    q.x /= n;
-    q.y /= n;
-    q.z /= n;
-    body->body_in_world.orientation = q;
+    body->body_in_world.orientation = shcdi_unit_quaternion(definition->body_in_world.orientation);
     body->ball_centre_m = info.centre_m;
     body->ball_radius_m = info.radius_m;
     body->diagonal_m = info.diagonal_m;
@@ -272,14 +282,19 @@ static shcd_status fill_body(shcd_scene *scene, const shcd_body_def *definition,
     status = shcdi_effects_resolve(definition->name, definition->effects, definition->n_effects,
                                    active, &body->n_effects, &body->memory_bytes, error);
     scene->tool_memory_bytes += body->memory_bytes;
+    body->first_effect = scene->n_effects;
+    scene->n_effects += body->n_effects;
     return status;
 }
 
-/* Shells keep what they know in the state behind everything else, one part for each body. */
-static void fill_tools(shcd_scene *scene, const shcd_scene_def *definition, unsigned char *trees) {
-    scene->state_size =
-        sizeof(shcd_state) +
-        scene->n_tools * (scene->n_bodies * sizeof(shcdi_contact) + scene->tool_memory_bytes);
+/* Shells keep what they know in the state behind all that every tool has, one part for each body.
+ * @return the end of the trees */
+static unsigned char *fill_tools(shcd_scene *scene, const shcd_scene_def *definition,
+                                 unsigned char *trees) {
+    scene->gains_offset =
+        sizeof(shcd_state) + scene->n_tools * (scene->n_bodies * sizeof(shcdi_contact) +
+                                               (1 + SHCDI_SIDES_MAX) * scene->tool_memory_bytes);
+    scene->state_size = scene->gains_offset + scene->n_effects * sizeof(shcdi_gain);
     for (size_t i = 0; i < definition->n_tools; i++) {
         const shcd_tool_def def = read_tool(definition->tools, i);
         shcdi_tool *tool = &scene->tools[i];
@@ -289,6 +304,21 @@ static void fill_tools(shcd_scene *scene, const shcd_scene_def *definition, unsi
         tool->state_offset = scene->state_size;
         scene->state_size += scene->n_bodies * tool->shell.body_bytes +
                              tool->shell.n_slots * scene->tool_memory_bytes;
+    }
+    return trees;
+}
+
+/* Last in the state: the memory of soft bodies, which wants more alignment than the rest. */
+static void fill_soft(shcd_scene *scene, unsigned char *memory) {
+    for (size_t b = 0; b < scene->n_bodies; b++) {
+        shcdi_body *body = &scene->bodies[b];
+        const size_t bytes = shcdi_soft_bytes(body->model, body->effects, body->n_effects);
+        if (bytes > 0) {
+            body->soft = shcdi_soft_create(body->model, body->effects, body->n_effects, memory);
+            memory += bytes;
+            body->soft_offset = (scene->state_size + 15) / 16 * 16;
+            scene->state_size = body->soft_offset + body->soft->state_bytes;
+        }
     }
 }
 
@@ -302,7 +332,8 @@ static shcd_status fill_scene(shcd_scene *scene, const shcd_scene_def *definitio
         }
         active += scene->bodies[i].n_effects;
     }
-    fill_tools(scene, definition, (unsigned char *)(scene->tools + scene->n_tools));
+    fill_soft(scene,
+              fill_tools(scene, definition, (unsigned char *)(scene->tools + scene->n_tools)));
     scene->fingerprint = fingerprint(scene);
     return SHCD_OK;
 }
@@ -320,7 +351,7 @@ shcd_status shcd_scene_create(const shcd_scene_def *definition, const shcd_alloc
                               shcd_scene **scene, shcd_error *error) {
     shcd_scene_def def = SHCD_SCENE_DEF_INIT;
     const shcd_allocator memory = shcdi_allocator(allocator);
-    size_t n_active;
+    size_t n_active, soft_bytes;
     if (definition == NULL || scene == NULL || memory.allocate == NULL || memory.release == NULL) {
         return shcdi_fail(error, SHCD_ERR_ARGUMENT, "scene_create: an argument is null");
     }
@@ -330,7 +361,7 @@ shcd_status shcd_scene_create(const shcd_scene_def *definition, const shcd_alloc
                           definition->struct_size);
     }
     read_element(definition, definition->struct_size, 0, &def, sizeof def);
-    shcd_status status = check_definition(&def, &n_active, error);
+    shcd_status status = check_definition(&def, &n_active, &soft_bytes, error);
     if (status != SHCD_OK) {
         return status;
     }
@@ -341,7 +372,7 @@ shcd_status shcd_scene_create(const shcd_scene_def *definition, const shcd_alloc
                    "the arrays follow each other without gaps");
     const size_t size = sizeof(shcd_scene) + def.n_bodies * sizeof(shcdi_body) +
                         n_active * sizeof(shcdi_active_effect) + def.n_tools * sizeof(shcdi_tool) +
-                        tree_bytes(&def);
+                        tree_bytes(&def) + soft_bytes;
     shcd_scene *made = memory.allocate(size, memory.user);
     if (made == NULL) {
         return shcdi_fail(error, SHCD_ERR_MEMORY, "scene_create: no memory for %zu bytes", size);
@@ -385,4 +416,31 @@ const char *shcd_scene_body_name(const shcd_scene *scene, size_t body) {
 
 const char *shcd_scene_tool_name(const shcd_scene *scene, size_t tool) {
     return scene != NULL && tool < scene->n_tools ? scene->tools[tool].name : NULL;
+}
+
+size_t shcd_scene_effect_count(const shcd_scene *scene) {
+    return scene != NULL ? scene->n_effects : 0;
+}
+
+size_t shcd_scene_effect_body(const shcd_scene *scene, size_t effect) {
+    if (scene == NULL || effect >= scene->n_effects) {
+        return SIZE_MAX;
+    }
+    size_t b = 0;
+    while (effect >= scene->bodies[b].first_effect + scene->bodies[b].n_effects) {
+        b++;
+    }
+    return b;
+}
+
+const char *shcd_scene_effect_name(const shcd_scene *scene, size_t effect) {
+    const size_t b = shcd_scene_effect_body(scene, effect);
+    return b != SIZE_MAX
+               ? scene->bodies[b].effects[effect - scene->bodies[b].first_effect].effect->info.name
+               : NULL;
+}
+
+int shcd_scene_body_is_soft(const shcd_scene *scene, size_t body) {
+    return scene != NULL && body < scene->n_bodies &&
+           (scene->bodies[body].soft != NULL || shcdi_learned_has_dent(&scene->bodies[body]));
 }

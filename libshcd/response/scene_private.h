@@ -4,8 +4,10 @@
 #define SHCDI_SCENE_PRIVATE_H
 
 #include "base/internal.h"
+#include "query/shape.h"
 #include "query/tool_geometry.h"
 #include "response/effects.h"
+#include "response/soft.h"
 
 #include <stdbool.h>
 
@@ -31,7 +33,10 @@ typedef struct shcdi_body {
     shcd_body_accuracy accuracy;
     const shcdi_active_effect *effects; /**< dense, in table order; inside the scene's block */
     size_t n_effects;
-    size_t memory_offset; /**< of this body's effects, in the effect memory of one tool */
+    size_t first_effect;    /**< of the scene's effects, counted over all bodies */
+    const shcdi_soft *soft; /**< inside the scene's block; NULL: a rigid body */
+    size_t soft_offset;     /**< of its memory, from the start of the state */
+    size_t memory_offset;   /**< of this body's effects, in the effect memory of one tool */
     size_t memory_bytes;
 } shcdi_body;
 
@@ -73,6 +78,8 @@ struct shcd_scene {
     size_t tool_memory_bytes; /**< effect memory of one tool */
     size_t n_bodies;
     size_t n_tools;
+    size_t n_effects;    /**< of all bodies */
+    size_t gains_offset; /**< of the effects' gains, from the start of the state */
     shcdi_body *bodies;
     shcdi_tool *tools;
 };
@@ -85,23 +92,40 @@ typedef struct shcdi_proxy {
     shcd_vec3 parameter; /**< its parameter */
 } shcdi_proxy;
 
+/** Most walls that a ball touches beside its deepest contact. */
+#define SHCDI_SIDES_MAX 2
+
+/** One of them. Body frame. */
+typedef struct shcdi_side {
+    shcd_vec3 foot_m, normal, parameter;
+    double depth_m;
+    double share; /**< below 1 where it is hardly a wall of its own */
+    uint32_t is_touching;
+    uint32_t is_new; /**< its effects start from zero memory */
+} shcdi_side;
+
 /** Memory of the contact between one tool and one body. Body frame throughout. */
 typedef struct shcdi_contact {
     shcdi_proxy proxy;
     shcd_pose ball;   /**< centre of the tool's ball and the tool's orientation at the last query */
     shcd_vec3 core_m; /**< the core point in the tool frame; 0 for point and sphere */
     double lower_m;   /**< certified lower bound of the gap plus the ball's radius then, or -inf */
-    double still_s;   /**< time since the tool last moved, at most 50 ms */
+    double
+        surface_way_m; /**< way of the surface by then: bound of its motion since, by difference */
+    double still_s;    /**< time since the tool last moved, at most 50 ms */
+    shcd_vec3 last_m;  /**< point, sphere: the centre in the last tick, asked for or not */
+    double apart_m;    /**< gap then, or a lower bound of it */
     uint32_t is_known; /**< 0: nothing above is valid */
     uint32_t is_touching;
     uint32_t is_behind; /**< convex tools: the core point is inside, behind the proxy */
     uint32_t reserved0;
-    shcd_certificate certificate; /**< point, sphere: valid or void, but never wrong */
+    shcdi_side side[SHCDI_SIDES_MAX]; /**< sphere */
+    shcd_certificate certificate;     /**< point, sphere: valid or void, but never wrong */
 } shcdi_contact;
 
-/** One block without pointers: this header, the contacts [tool][body], the effects' memory [tool],
- *  the shells' memory [tool][body]. All zero bytes after the header mean: nothing known, nothing
- *  touched. */
+/** One block without pointers: this header, the contacts [tool][body], the effects' memory
+ * [tool][the contact and its sides], the gains [effect], the shells' memory [tool][body], the soft
+ * bodies' memory [body]. All zero bytes after the header mean: nothing known, nothing touched. */
 struct shcd_state {
     uint64_t fingerprint;
     uint64_t size;
@@ -121,14 +145,21 @@ typedef struct shcdi_gap {
     uint32_t n_patches;
     uint32_t n_points_visited; /**< shells */
     uint32_t n_points_left;
-    int32_t tier;        /**< the least certain that answered */
-    double allowance_ns; /**< given: what the query may cost, at the prices of the body */
+    int32_t tier;            /**< the least certain that answered */
+    double allowance_ns;     /**< given: what the query may cost, at the prices of the body */
+    const shcd_shape *shape; /**< given: the body's current shape; NULL: rest */
 } shcdi_gap;
 
-/** Nothing found yet; the allowance stays. */
+/** Nothing found yet; what was given stays. */
 static inline void shcdi_gap_begin(shcdi_gap *gap) {
-    const shcdi_gap nothing = {.allowance_ns = gap->allowance_ns};
+    const shcdi_gap nothing = {.allowance_ns = gap->allowance_ns, .shape = gap->shape};
     *gap = nothing;
+}
+
+/** Bound of all the surface's motion since the state was initialised: the difference of two such
+ *  values bounds what any of its points has moved in between. */
+static inline double shcdi_surface_way(const shcd_shape *shape) {
+    return shape != NULL ? shape->path[0] : 0.0;
 }
 
 /** How far no point of the tool has moved since `before`, at most: rotation about the ball's centre
@@ -141,8 +172,9 @@ shcd_pose shcdi_ball_pose(const shcdi_tool *tool, shcd_pose tool_in_body);
 /** Certified lower bound of the gap, from the enclosing balls and from the last query; costs no
  *  evaluation of the surface.
  *  @param[in] ball  from shcdi_ball_pose() */
-double shcdi_contact_lower_bound(const shcdi_body *body, const shcdi_tool *tool,
-                                 const shcdi_contact *contact, const shcd_pose *ball);
+double shcdi_contact_lower_bound(const shcdi_body *body, const shcd_shape *shape,
+                                 const shcdi_tool *tool, const shcdi_contact *contact,
+                                 const shcd_pose *ball);
 
 /** Finds the contact of a point or sphere dt_s after the last tick, and remembers it. */
 void shcdi_contact_update(const shcdi_body *body, const shcdi_tool *tool, const shcd_pose *ball,
@@ -190,6 +222,16 @@ shcd_status shcdi_tool_check(const shcd_tool_def *tool, shcd_error *error);
 size_t shcdi_tool_bytes(const shcd_tool_def *tool);
 /** Fills a zeroed tool but for its name and state_offset. */
 void shcdi_tool_fill(const shcd_tool_def *definition, unsigned char *memory, shcdi_tool *tool);
+
+/** Scaled to length 1. */
+static inline shcd_quat shcdi_unit_quaternion(shcd_quat q) {
+    const double n = sqrt(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z);
+    q.w /= n;
+    q.x /= n;
+    q.y /= n;
+    q.z /= n;
+    return q;
+}
 
 /** |q|^2 within SHCDI_QUATERNION_TOLERANCE of 1; false for NaN. */
 bool shcdi_is_rotation(shcd_quat q);

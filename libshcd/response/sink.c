@@ -31,7 +31,7 @@ static shcd_vec3 project(const shcd_tool_geometry *tool, shcd_vec3 x) {
 /* The foot of p near the last one. @return whether it is a step down */
 static bool falls(const shcdi_body *body, shcd_vec3 p, const shcd_vec3 *normal,
                   const shcdi_answer *from, shcd_proximity *found, shcdi_gap *count) {
-    if (shcd_track(body->model, p, from->foot.parameter, found) != SHCD_OK) {
+    if (shcdi_track_now(body, count->shape, p, from->foot.parameter, found) != SHCD_OK) {
         return false;
     }
     shcdi_count(count, found);

@@ -1,22 +1,51 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The state and the tick.
  *
- * Bodies are visited in the order of their certified lower bounds, those in contact first, and the
- * visit ends when the next bound proves that no body further on touches the tool or is nearer than
- * the nearest so far: a far body costs one square root. Forces are then summed in the order of the
- * scene, so that their sum does not depend on the order of the visit. */
+ * A tick: the gains of the effects move on; soft bodies go on freely to its end; each tool is
+ * looked at (visit.c) and the contacts with rigid bodies are answered (respond.c); the contacts
+ * with soft bodies are solved together, and answered. */
 #include "response/accuracy.h"
-#include "response/scene_private.h"
+#include "response/learned_dent.h"
+#include "response/respond.h"
 
 #include <string.h>
 
 #define DT_MAX_S 0.1
+#define RAMP_MAX_S 60.0
 #define STATE_ALIGNMENT 16
 
 /* ---- state ---------------------------------------------------------------------------------- */
 
 size_t shcd_state_size(const shcd_scene *scene) {
     return scene != NULL ? scene->state_size : 0;
+}
+
+shcdi_contact *shcdi_contacts_of(const shcd_scene *scene, shcd_state *state, size_t tool) {
+    return state->contacts + tool * scene->n_bodies;
+}
+
+unsigned char *shcdi_effect_memory(const shcd_scene *scene, shcd_state *state, size_t tool,
+                                   size_t body) {
+    return (unsigned char *)(state->contacts + scene->n_tools * scene->n_bodies) +
+           tool * (1 + SHCDI_SIDES_MAX) * scene->tool_memory_bytes +
+           scene->bodies[body].memory_offset;
+}
+
+unsigned char *shcdi_shell_memory(const shcd_scene *scene, shcd_state *state, size_t tool,
+                                  size_t body) {
+    const shcdi_tool *t = &scene->tools[tool];
+    return (unsigned char *)state + t->state_offset + body * t->shell.body_bytes +
+           t->shell.n_slots * scene->bodies[body].memory_offset;
+}
+
+shcdi_gain *shcdi_gains_of(const shcd_scene *scene, shcd_state *state) {
+    return (shcdi_gain *)(void *)((unsigned char *)state + scene->gains_offset);
+}
+
+const shcd_shape *shcdi_shape_of(const shcdi_body *body, const shcd_state *state) {
+    return body->soft == NULL
+               ? NULL
+               : shcdi_soft_shape(body->soft, (const unsigned char *)state + body->soft_offset);
 }
 
 shcd_status shcd_state_init(const shcd_scene *scene, void *memory, size_t size,
@@ -29,177 +58,60 @@ shcd_status shcd_state_init(const shcd_scene *scene, void *memory, size_t size,
     memset(made, 0, scene->state_size);
     made->fingerprint = scene->fingerprint;
     made->size = scene->state_size;
+    for (size_t e = 0; e < scene->n_effects; e++) {
+        const shcdi_gain on = {1.0, 1.0, 0.0};
+        shcdi_gains_of(scene, made)[e] = on;
+    }
+    for (size_t b = 0; b < scene->n_bodies; b++) {
+        const shcdi_body *body = &scene->bodies[b];
+        if (body->soft != NULL) {
+            shcdi_soft_init(body->soft, (unsigned char *)made + body->soft_offset);
+        }
+    }
     *state = made;
     return SHCD_OK;
 }
 
-static unsigned char *effect_memory(const shcd_scene *scene, shcd_state *state, size_t tool) {
-    return (unsigned char *)(state->contacts + scene->n_tools * scene->n_bodies) +
-           tool * scene->tool_memory_bytes;
+static bool belongs(const shcd_scene *scene, const shcd_state *state) {
+    return scene != NULL && state != NULL && state->fingerprint == scene->fingerprint &&
+           state->size == scene->state_size;
+}
+
+shcd_status shcd_state_switch(const shcd_scene *scene, shcd_state *state, size_t effect, int is_on,
+                              double ramp_s) {
+    if (!belongs(scene, state) || effect >= scene->n_effects || !(ramp_s >= 0.0) ||
+        !(ramp_s <= RAMP_MAX_S)) {
+        return SHCD_ERR_ARGUMENT;
+    }
+    shcdi_gain *gain = &shcdi_gains_of(scene, state)[effect];
+    gain->target = is_on ? 1.0 : 0.0;
+    gain->rate_per_s = ramp_s > 0.0 ? fabs(gain->target - gain->now) / ramp_s : 0.0;
+    if (ramp_s == 0.0) {
+        gain->now = gain->target;
+    }
+    return SHCD_OK;
+}
+
+shcd_status shcd_state_coefficients(const shcd_scene *scene, const shcd_state *state, size_t body,
+                                    double *coefficients, size_t count) {
+    if (!belongs(scene, state) || body >= scene->n_bodies || coefficients == NULL ||
+        count != 3 * (size_t)scene->bodies[body].n_harmonics) {
+        return SHCD_ERR_ARGUMENT;
+    }
+    const shcdi_body *b = &scene->bodies[body];
+    const shcdi_gain *gains =
+        (const shcdi_gain *)(const void *)((const unsigned char *)state + scene->gains_offset);
+    if (b->soft == NULL) {
+        shcdi_learned_dent(scene, state, body, gains + b->first_effect, coefficients);
+        return SHCD_OK;
+    }
+    shcdi_soft_coefficients(b->soft, (const unsigned char *)state + b->soft_offset,
+                            shcdi_soft_gain_of(b->soft, gains + b->first_effect).shown,
+                            coefficients);
+    return SHCD_OK;
 }
 
 /* ---- one tool ------------------------------------------------------------------------------- */
-
-/* A tool during a tick. */
-typedef struct visit {
-    const shcd_scene *scene;
-    const shcdi_tool *tool;
-    shcd_pose pose; /* world */
-    shcd_vec3 velocity_m_per_s, angular_velocity_rad_per_s;
-    double dt_s;
-    shcdi_contact *contacts; /* of this tool, one for each body */
-    unsigned char *memory;   /* of this tool's effects */
-    unsigned char *shells;   /* of this tool's shell, for the first body */
-    size_t n_tools_left;     /* this one included */
-    double *left_ns;         /* of each body's budget */
-    bool is_visited[SHCD_BODIES_MAX];
-    bool was_touching[SHCD_BODIES_MAX];
-    shcdi_gap gaps[SHCD_BODIES_MAX]; /* of the visited bodies */
-} visit;
-
-static shcd_quat unit_quaternion(shcd_quat q) {
-    const double n = sqrt(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z);
-    q.w /= n;
-    q.x /= n;
-    q.y /= n;
-    q.z /= n;
-    return q;
-}
-
-/* Of a point or sphere only the centre counts. */
-static shcd_pose pose_in_body(const visit *v, size_t b) {
-    const shcd_pose body = v->scene->bodies[b].body_in_world;
-    const shcd_quat p = shcd_conjugate(body.orientation);
-    const shcd_quat q = v->pose.orientation;
-    shcd_pose pose = {shcd_transform_inverse(body, v->pose.position_m), {1.0, 0.0, 0.0, 0.0}};
-    if (v->tool->geometry != NULL) {
-        pose.orientation.w = p.w * q.w - p.x * q.x - p.y * q.y - p.z * q.z;
-        pose.orientation.x = p.w * q.x + p.x * q.w + p.y * q.z - p.z * q.y;
-        pose.orientation.y = p.w * q.y - p.x * q.z + p.y * q.w + p.z * q.x;
-        pose.orientation.z = p.w * q.z + p.x * q.y - p.y * q.x + p.z * q.w;
-        pose.orientation = unit_quaternion(pose.orientation);
-    }
-    return pose;
-}
-
-static unsigned char *shell_memory(const visit *v, size_t b) {
-    const shcdi_shell *shell = &v->tool->shell;
-    return v->shells + b * shell->body_bytes + shell->n_slots * v->scene->bodies[b].memory_offset;
-}
-
-static void look_at(visit *v, size_t b, double *nearest_m) {
-    const shcdi_body *body = &v->scene->bodies[b];
-    const shcd_pose pose = pose_in_body(v, b);
-    v->was_touching[b] = v->contacts[b].is_touching != 0;
-    v->is_visited[b] = true;
-    v->gaps[b].allowance_ns = shcdi_allowance(v->left_ns[b], v->n_tools_left);
-    if (v->tool->geometry == NULL) {
-        shcdi_contact_update(body, v->tool, &pose, v->dt_s, &v->contacts[b], &v->gaps[b]);
-    } else if (v->tool->kind == SHCD_TOOL_SHELL) {
-        shcdi_shell_update(body, v->tool, pose, v->dt_s, &v->contacts[b], shell_memory(v, b),
-                           &v->gaps[b]);
-    } else {
-        shcdi_convex_update(body, v->tool, pose, v->dt_s, &v->contacts[b], &v->gaps[b]);
-    }
-    v->left_ns[b] =
-        shcdi_max(0.0, v->left_ns[b] - shcdi_spent(&body->accuracy, v->gaps[b].n_evaluations,
-                                                   v->gaps[b].n_patches));
-    *nearest_m = shcdi_min(*nearest_m, v->gaps[b].gap_m);
-}
-
-static void find_contacts(visit *v) {
-    double bounds[SHCD_BODIES_MAX];
-    double nearest_m = HUGE_VAL;
-    const size_t n = v->scene->n_bodies;
-    for (size_t b = 0; b < n; b++) {
-        const shcdi_body *body = &v->scene->bodies[b];
-        if (v->contacts[b].is_touching) {
-            look_at(v, b, &nearest_m);
-            continue;
-        }
-        const shcd_pose ball = shcdi_ball_pose(v->tool, pose_in_body(v, b));
-        bounds[b] = shcdi_contact_lower_bound(body, v->tool, &v->contacts[b], &ball);
-    }
-    for (size_t k = 0; k < n; k++) {
-        size_t next = n;
-        for (size_t b = 0; b < n; b++) {
-            if (!v->is_visited[b] && (next == n || bounds[b] < bounds[next])) {
-                next = b;
-            }
-        }
-        if (next == n || bounds[next] >= shcdi_max(nearest_m, 0.0)) {
-            break;
-        }
-        look_at(v, next, &nearest_m);
-    }
-}
-
-/* What one contact of the tool is to the body's effects. World frame. */
-typedef struct touch_point {
-    double depth_m;
-    double share; /* of the body's response */
-    shcd_vec3 normal;
-    shcd_vec3 from_origin_m; /* from the tool's origin; zero for point and sphere */
-    unsigned char *memory;   /* of the effects, for this contact */
-    bool is_new;
-} touch_point;
-
-/* Adds what the body's effects make of one contact, along the normal. On a point or a sphere about
- * the origin it passes through that, as every frictionless force does, so it has no torque. */
-static void respond(const visit *v, const shcdi_body *body, const touch_point *at,
-                    shcd_wrench *sum) {
-    const shcd_vec3 velocity =
-        shcd_add(v->velocity_m_per_s, shcd_cross(v->angular_velocity_rad_per_s, at->from_origin_m));
-    const shcdi_touch touch = {at->depth_m, -shcd_dot(velocity, at->normal)};
-    shcdi_response response = {0.0};
-    if (at->is_new) {
-        memset(at->memory, 0, body->memory_bytes);
-    }
-    for (size_t e = 0; e < body->n_effects; e++) {
-        const shcdi_active_effect *active = &body->effects[e];
-        active->effect->apply(active->constants, &touch, at->memory + active->state_offset,
-                              &response);
-    }
-    const shcd_vec3 force = shcd_scale(at->share * response.normal_force_n, at->normal);
-    sum->force_n = shcd_add(sum->force_n, force);
-    sum->torque_n_m = shcd_add(sum->torque_n_m, shcd_cross(at->from_origin_m, force));
-}
-
-static void respond_shell(visit *v, size_t b, shcd_tool_output *out) {
-    const shcdi_body *body = &v->scene->bodies[b];
-    const shcdi_shell *shell = &v->tool->shell;
-    unsigned char *memory = shell_memory(v, b);
-    uint32_t n;
-    const shcdi_slot *slot = shcdi_shell_contacts(shell, memory, &n);
-    const shcd_quat turn = body->body_in_world.orientation;
-    for (uint32_t i = 0; i < n; i++) {
-        const touch_point at = {slot[i].depth_m,
-                                slot[i].weight * shell->point_share,
-                                shcd_rotate(turn, slot[i].proxy.normal),
-                                shcd_rotate(v->pose.orientation, shell->point[slot[i].point]),
-                                memory + shell->body_bytes + i * body->memory_bytes,
-                                slot[i].is_new != 0};
-        respond(v, body, &at, &out->wrench);
-    }
-    out->n_contacts += n;
-}
-
-static void respond_single(visit *v, size_t b, shcd_tool_output *out) {
-    const shcdi_body *body = &v->scene->bodies[b];
-    const shcdi_gap *gap = &v->gaps[b];
-    touch_point at = {-gap->gap_m,
-                      1.0,
-                      shcd_rotate(body->body_in_world.orientation, gap->normal),
-                      {0.0, 0.0, 0.0},
-                      v->memory + body->memory_offset,
-                      !v->was_touching[b]};
-    if (v->tool->geometry != NULL) {
-        at.from_origin_m =
-            shcd_sub(shcd_transform(body->body_in_world, gap->tool_point_m), v->pose.position_m);
-    }
-    respond(v, body, &at, &out->wrench);
-    out->n_contacts++;
-}
 
 static void add_counts(const shcdi_gap *gap, shcd_tool_output *out) {
     out->flags |= gap->flags;
@@ -210,8 +122,21 @@ static void add_counts(const shcdi_gap *gap, shcd_tool_output *out) {
     out->tier = shcdi_lower_tier(out->tier, gap->tier);
 }
 
-static void step_tool(visit *v, shcd_tool_output *out) {
-    find_contacts(v);
+/* How far the foot is from where it was at rest; a shell has many. */
+static double displacement_of(const shcdi_visit *v, size_t b) {
+    const shcdi_body *body = &v->scene->bodies[b];
+    const shcdi_contact *contact = &shcdi_contacts_of(v->scene, v->state, v->tool_index)[b];
+    const shcd_model *model = body->model;
+    if (body->soft == NULL || v->tool->kind == SHCD_TOOL_SHELL || !contact->is_known) {
+        return 0.0;
+    }
+    return shcd_norm(
+        shcd_sub(contact->proxy.foot_m,
+                 shcdi_surface_point(&model->series, model->degree, contact->proxy.parameter)));
+}
+
+static void report(const shcdi_visit *v, shcd_tool_output *out) {
+    const shcdi_contact *contacts = shcdi_contacts_of(v->scene, v->state, v->tool_index);
     for (size_t b = 0; b < v->scene->n_bodies; b++) {
         const shcdi_body *body = &v->scene->bodies[b];
         const shcdi_gap *gap = &v->gaps[b];
@@ -219,20 +144,13 @@ static void step_tool(visit *v, shcd_tool_output *out) {
             continue;
         }
         add_counts(gap, out);
-        if (v->contacts[b].is_touching) {
-            out->flags |= SHCD_TOOL_OUTPUT_CONTACT;
-            if (v->tool->kind == SHCD_TOOL_SHELL) {
-                respond_shell(v, b, out);
-            } else {
-                respond_single(v, b, out);
-            }
-        }
         if (gap->gap_m < out->distance_m) {
             out->distance_m = gap->gap_m;
             out->body = (int32_t)b;
-            out->penetration_m = v->contacts[b].is_touching ? -gap->gap_m : 0.0;
+            out->penetration_m = contacts[b].is_touching ? -gap->gap_m : 0.0;
             out->proxy_m = shcd_transform(body->body_in_world, gap->foot_m);
             out->normal = shcd_rotate(body->body_in_world.orientation, gap->normal);
+            out->displacement_m = displacement_of(v, b);
         }
     }
 }
@@ -248,13 +166,10 @@ static bool is_usable(const shcd_tool_input *tool) {
 
 static void let_go(const shcd_scene *scene, shcd_state *state, size_t t) {
     const shcdi_tool *tool = &scene->tools[t];
-    shcdi_contact *contacts = state->contacts + t * scene->n_bodies;
+    shcdi_contact *contacts = shcdi_contacts_of(scene, state, t);
     for (size_t b = 0; b < scene->n_bodies && tool->kind == SHCD_TOOL_SHELL; b++) {
         if (contacts[b].is_touching) {
-            shcdi_shell_release(&tool->shell,
-                                (unsigned char *)state + tool->state_offset +
-                                    b * tool->shell.body_bytes +
-                                    tool->shell.n_slots * scene->bodies[b].memory_offset);
+            shcdi_shell_release(&tool->shell, shcdi_shell_memory(scene, state, t, b));
         }
     }
     memset(contacts, 0, scene->n_bodies * sizeof *contacts);
@@ -262,10 +177,93 @@ static void let_go(const shcd_scene *scene, shcd_state *state, size_t t) {
 
 static bool is_valid_call(const shcd_scene *scene, const shcd_state *state, const shcd_input *input,
                           const shcd_output *output) {
-    return scene != NULL && state != NULL && input != NULL && output != NULL &&
-           state->fingerprint == scene->fingerprint && state->size == scene->state_size &&
-           input->tools != NULL && input->n_tools == scene->n_tools && output->tools != NULL &&
-           output->n_tools == scene->n_tools && input->dt_s > 0.0 && input->dt_s <= DT_MAX_S;
+    return belongs(scene, state) && input != NULL && output != NULL && input->tools != NULL &&
+           input->n_tools == scene->n_tools && output->tools != NULL &&
+           output->n_tools == scene->n_tools && input->dt_s > 0.0 && input->dt_s <= DT_MAX_S &&
+           ((output->effects == NULL && output->effect_forces_n == NULL) ||
+            output->n_effects == scene->n_effects);
+}
+
+static void move_gains(const shcd_scene *scene, shcd_state *state, double dt_s) {
+    shcdi_gain *gains = shcdi_gains_of(scene, state);
+    for (size_t e = 0; e < scene->n_effects; e++) {
+        const double way = gains[e].target - gains[e].now;
+        const double step = gains[e].rate_per_s * dt_s;
+        gains[e].now =
+            fabs(way) > step ? gains[e].now + (way > 0.0 ? step : -step) : gains[e].target;
+    }
+}
+
+static void evolve(const shcd_scene *scene, shcd_state *state, const shcd_input *input,
+                   shcd_output *output) {
+    const bool is_timed = output->effects != NULL && input->clock_ns != NULL;
+    for (size_t b = 0; b < scene->n_bodies; b++) {
+        const shcdi_body *body = &scene->bodies[b];
+        const shcdi_gain *gains = shcdi_gains_of(scene, state) + body->first_effect;
+        if (body->soft == NULL) {
+            continue;
+        }
+        const uint64_t start = is_timed ? input->clock_ns(input->clock_user) : 0;
+        shcdi_soft_evolve(body->soft, (unsigned char *)state + body->soft_offset,
+                          shcdi_soft_gain_of(body->soft, gains), input->dt_s);
+        if (is_timed) {
+            output->effects[body->first_effect + (size_t)body->soft->wave].time_ns +=
+                (double)(input->clock_ns(input->clock_user) - start);
+        }
+    }
+}
+
+static void begin_effects(const shcd_scene *scene, shcd_state *state, shcd_output *output) {
+    for (size_t e = 0; output->effects != NULL && e < scene->n_effects; e++) {
+        const shcd_effect_output nothing = {.gain = shcdi_gains_of(scene, state)[e].now};
+        output->effects[e] = nothing;
+    }
+    if (output->effect_forces_n != NULL) {
+        memset(output->effect_forces_n, 0,
+               scene->n_tools * scene->n_effects * sizeof *output->effect_forces_n);
+    }
+}
+
+static void respond_soft(const shcd_scene *scene, shcd_state *state, const shcd_input *input,
+                         shcd_output *output) {
+    for (size_t b = 0; b < scene->n_bodies; b++) {
+        const shcdi_body *body = &scene->bodies[b];
+        if (body->soft == NULL) {
+            continue;
+        }
+        shcdi_respond_soft(scene, state, b, input, output);
+        if (output->effects != NULL) {
+            const shcdi_soft_state *soft =
+                (const shcdi_soft_state *)(const void *)((const unsigned char *)state +
+                                                         body->soft_offset);
+            shcd_effect_output *first = output->effects + body->first_effect;
+            first[body->soft->wave].stored_j += soft->stored_j;
+            if (body->soft->pulse >= 0) {
+                first[body->soft->pulse].work_j = soft->drive_work_j;
+            }
+        }
+    }
+}
+
+static void step_tool(const shcd_scene *scene, shcd_state *state, size_t t, double left_ns[],
+                      size_t n_tools_left, const shcd_input *input, shcd_output *output) {
+    const shcd_tool_input *tool = &input->tools[t];
+    shcdi_visit v;
+    v.scene = scene;
+    v.state = state;
+    v.tool = &scene->tools[t];
+    v.tool_index = t;
+    v.pose.position_m = tool->tool_in_world.position_m;
+    v.pose.orientation = shcdi_unit_quaternion(tool->tool_in_world.orientation);
+    v.velocity_m_per_s = tool->velocity_m_per_s;
+    v.angular_velocity_rad_per_s = tool->angular_velocity_rad_per_s;
+    v.input = input;
+    v.output = output;
+    v.n_tools_left = n_tools_left;
+    v.left_ns = left_ns;
+    shcdi_visit_bodies(&v);
+    report(&v, &output->tools[t]);
+    shcdi_visit_respond(&v);
 }
 
 shcd_status shcd_step(const shcd_scene *scene, shcd_state *state, const shcd_input *input,
@@ -281,35 +279,23 @@ shcd_status shcd_step(const shcd_scene *scene, shcd_state *state, const shcd_inp
     for (size_t t = 0; t < scene->n_tools; t++) {
         n_tools_left += (input->tools[t].flags & SHCD_TOOL_INPUT_ACTIVE) != 0;
     }
+    move_gains(scene, state, input->dt_s);
+    begin_effects(scene, state, output);
+    evolve(scene, state, input, output);
     for (size_t t = 0; t < scene->n_tools; t++) {
-        const shcd_tool_input *tool = &input->tools[t];
         const shcd_tool_output nothing = {.distance_m = HUGE_VAL, .body = -1};
-        shcd_tool_output out = nothing;
-        if ((tool->flags & SHCD_TOOL_INPUT_ACTIVE) == 0) {
+        output->tools[t] = nothing;
+        if ((input->tools[t].flags & SHCD_TOOL_INPUT_ACTIVE) == 0) {
             let_go(scene, state, t);
-        } else if (!is_usable(tool)) {
+        } else if (!is_usable(&input->tools[t])) {
             /* the contacts stay: one bad sample must not let the tool out on the far side */
-            out.flags = SHCD_TOOL_OUTPUT_BAD_INPUT;
+            output->tools[t].flags = SHCD_TOOL_OUTPUT_BAD_INPUT;
         } else {
-            visit v;
-            v.scene = scene;
-            v.tool = &scene->tools[t];
-            v.pose.position_m = tool->tool_in_world.position_m;
-            v.pose.orientation = unit_quaternion(tool->tool_in_world.orientation);
-            v.velocity_m_per_s = tool->velocity_m_per_s;
-            v.angular_velocity_rad_per_s = tool->angular_velocity_rad_per_s;
-            v.dt_s = input->dt_s;
-            v.n_tools_left = n_tools_left;
-            v.left_ns = left_ns;
-            v.contacts = state->contacts + t * scene->n_bodies;
-            v.memory = effect_memory(scene, state, t);
-            v.shells = (unsigned char *)state + v.tool->state_offset;
-            memset(v.is_visited, 0, sizeof v.is_visited);
-            step_tool(&v, &out);
+            step_tool(scene, state, t, left_ns, n_tools_left, input, output);
         }
-        n_tools_left -= (tool->flags & SHCD_TOOL_INPUT_ACTIVE) != 0;
-        output->tools[t] = out;
+        n_tools_left -= (input->tools[t].flags & SHCD_TOOL_INPUT_ACTIVE) != 0;
     }
+    respond_soft(scene, state, input, output);
     state->tick++;
     state->time_s += input->dt_s;
     return SHCD_OK;

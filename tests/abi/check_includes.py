@@ -9,9 +9,9 @@ from pathlib import Path
 # Folders of libshcd in their order, each with the public headers that appear at its level.
 LEVELS = {
     "base": {"base.h", "vec.h"},
-    "model": {"model.h", "map.h"},
+    "model": {"learned.h", "model.h", "map.h"},
     "query": {"query.h", "accuracy.h", "shape.h", "tool.h", "sweep.h", "pair.h"},
-    "response": {"scene.h"},
+    "response": {"energy.h", "scene.h"},
 }
 STANDARD = set("assert complex ctype errno fenv float inttypes iso646 limits locale math setjmp "
                "signal stdalign stdarg stdatomic stdbool stddef stdint stdio stdlib stdnoreturn "

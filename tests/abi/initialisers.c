@@ -24,10 +24,13 @@ size_t sum_of_sizes(void) {
     const shcd_detect_options detect_options = SHCD_DETECT_OPTIONS_INIT;
     const shcd_shape_info shape_info = SHCD_SHAPE_INFO_INIT;
     const shcd_fit_report fit_report = SHCD_FIT_REPORT_INIT;
+    const shcd_train_options train_options = SHCD_TRAIN_OPTIONS_INIT;
+    const shcd_modes_options modes_options = SHCD_MODES_OPTIONS_INIT;
     return model_def.struct_size + model_info.struct_size + query_options.struct_size +
            map_options.struct_size + map_info.struct_size + body_def.struct_size +
            tool_def.struct_size + scene_def.struct_size + mesh_report.struct_size +
            fit_options.struct_size + fit_report.struct_size + sweep_def.struct_size +
            pair_options.struct_size + geometry_def.struct_size + accuracy_request.struct_size +
-           detect_options.struct_size + shape_info.struct_size;
+           detect_options.struct_size + shape_info.struct_size + modes_options.struct_size +
+           train_options.struct_size;
 }

@@ -46,7 +46,7 @@ static void test_mesh_create_without_size_is_refused(void **unused) {
 /* Times are not reproducible; everything else is. */
 static void clear_times(shcd_fit_report *report) {
     report->time_parameterize_s = report->time_coefficients_s = 0.0;
-    report->time_model_s = report->time_error_s = 0.0;
+    report->time_model_s = report->time_error_s = report->time_modes_s = 0.0;
     report->record.fit_time_s = 0.0;
 }
 
@@ -99,12 +99,83 @@ static void test_fit_without_size_is_refused(void **unused) {
     shcd_mesh_free(mesh);
 }
 
+static void test_fit_modes_options_of_any_caller_give_the_same_bits(void **unused) {
+    (void)unused;
+    const double coefficients[12] = {[3 * 3 + 0] = 0.06, [3 * 1 + 1] = 0.05, [3 * 2 + 2] = 0.04};
+    shcd_model_def def = SHCD_MODEL_DEF_INIT;
+    shcd_model *model = NULL;
+    shcd_modes *whole = NULL, *modes = NULL;
+    shcd_error error = {SHCD_OK, ""};
+    shcd_modes_options options = SHCD_MODES_OPTIONS_INIT;
+    def.degree = 1;
+    def.coefficients = coefficients;
+    options.n_modes = 3;
+    assert_int_equal(shcd_model_create(&def, NULL, &model, NULL), SHCD_OK);
+    assert_int_equal(shcd_fit_modes(model, &options, &whole, NULL), SHCD_OK);
+    const size_t sizes[] = {offsetof(shcd_modes_options, anchors),
+                            offsetof(shcd_modes_options, progress), sizeof options + NEWER};
+    for (size_t i = 0; i < 3; i++) {
+        shcd_modes_options *given = sized_input(&options, sizeof options, sizes[i]);
+        assert_int_equal(shcd_fit_modes(model, given, &modes, NULL), SHCD_OK);
+        assert_int_equal(modes->n_modes, 3);
+        assert_memory_equal(modes->eigenvalue_per_m2, whole->eigenvalue_per_m2,
+                            3 * (1 + SHCD_COUNT(1)) * sizeof(double));
+        shcd_modes_free(modes);
+        free(given);
+    }
+    modes = NULL;
+    options.struct_size = 0;
+    sized_check_refusal(shcd_fit_modes(model, &options, &modes, &error), &error);
+    assert_null(modes);
+    shcd_modes_free(whole);
+    shcd_model_free(model);
+}
+
+static size_t trained_bytes(const shcd_model *model, const shcd_train_options *options,
+                            unsigned char **bytes) {
+    shcd_model *trained = NULL;
+    assert_int_equal(shcd_train(model, options, NULL, &trained, NULL), SHCD_OK);
+    const size_t size = shcd_model_write_size(trained);
+    *bytes = malloc(size);
+    assert_non_null(*bytes);
+    assert_int_equal(shcd_model_write(trained, *bytes, size), SHCD_OK);
+    shcd_model_free(trained);
+    return size;
+}
+
+static void test_train_options_of_any_caller_give_the_same_bits(void **unused) {
+    (void)unused;
+    const double coefficients[12] = {[3 * 3 + 0] = 0.06, [3 * 1 + 1] = 0.05, [3 * 2 + 2] = 0.04};
+    shcd_model_def def = SHCD_MODEL_DEF_INIT;
+    shcd_train_options options = SHCD_TRAIN_OPTIONS_INIT;
+    shcd_model *model = NULL;
+    unsigned char *whole = NULL, *bytes = NULL;
+    def.degree = 1;
+    def.coefficients = coefficients;
+    options.n_points = 20;
+    assert_int_equal(shcd_model_create(&def, NULL, &model, NULL), SHCD_OK);
+    const size_t size = trained_bytes(model, &options, &whole);
+    const size_t sizes[] = {offsetof(shcd_train_options, space_degree),
+                            offsetof(shcd_train_options, progress), sizeof options + NEWER};
+    for (size_t i = 0; i < 3; i++) {
+        shcd_train_options *given = sized_input(&options, sizeof options, sizes[i]);
+        assert_int_equal(trained_bytes(model, given, &bytes), size);
+        assert_memory_equal(bytes, whole, size);
+        free(bytes);
+        free(given);
+    }
+    free(whole);
+    shcd_model_free(model);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_mesh_create_fills_what_the_caller_knows),
         cmocka_unit_test(test_mesh_create_without_size_is_refused),
         cmocka_unit_test(test_fit_old_or_new_caller_works),
         cmocka_unit_test(test_fit_without_size_is_refused),
+        cmocka_unit_test(test_fit_modes_options_of_any_caller_give_the_same_bits),
+        cmocka_unit_test(test_train_options_of_any_caller_give_the_same_bits),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

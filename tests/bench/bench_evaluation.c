@@ -19,10 +19,11 @@
 
 #define DEGREE_MAX 50
 #define LATTICE 32 /* edges on a side of an octant: the query tree's level 5 */
-#define N_OCTANT ((LATTICE + 1) * (LATTICE + 2) / 2)
+/* with x >= y */
+#define N_WEDGE ((LATTICE / 2 + 1) * (LATTICE / 2 + 1))
 #define ROUNDS_MAX 1001
 
-enum { POINT, FIRST, JET, PARTIAL, OCTANTS, N_KINDS };
+enum { POINT, FIRST, JET, PARTIAL, IMAGES, N_KINDS };
 enum { GSL = SHCD_SIMD_AVX512 + 1, N_METHODS };
 static const char *const method_name[N_METHODS] = {"", "portable", "avx2", "avx512", "GSL"};
 
@@ -30,7 +31,7 @@ typedef struct bench {
     shcdi_series series;
     double *coefficients, *recurrence, *packed;
     double *p, *dp, *ddp, *trig; /* GSL's arrays; cosines, then sines */
-    shcd_vec3 octant[N_OCTANT], image[8 * N_OCTANT];
+    shcd_vec3 wedge[N_WEDGE], image[16 * N_WEDGE];
 } bench;
 
 static double now_ns(void) {
@@ -95,10 +96,11 @@ static void gsl_sums(bench *b, shcd_vec3 w, int order, double sum[6][3]) {
 
 static double ask_gsl(bench *b, int kind, shcd_vec3 w) {
     double sum[6][3];
-    if (kind == OCTANTS) {
-        for (size_t i = 0; i < 8 * N_OCTANT; i++) {
-            const shcd_vec3 v = b->octant[i % N_OCTANT];
-            const size_t image = i / N_OCTANT;
+    if (kind == IMAGES) {
+        for (size_t i = 0; i < 16 * N_WEDGE; i++) {
+            const shcd_vec3 of = b->wedge[i % N_WEDGE];
+            const size_t image = i / N_WEDGE;
+            const shcd_vec3 v = image & 8 ? shcd_vec3_make(of.y, of.x, of.z) : of;
             gsl_sums(b,
                      shcd_vec3_make(image & 1 ? -v.x : v.x, image & 2 ? -v.y : v.y,
                                     image & 4 ? -v.z : v.z),
@@ -133,7 +135,7 @@ static double ask(bench *b, int method, int kind, shcd_vec3 w) {
         shcdi_surface_partial(&b->series, w, sum);
         return sum[0].x + sum[b->series.degree].x;
     default:
-        shcdi_surface_octants(&b->series, b->octant, N_OCTANT, b->image);
+        shcdi_surface_images(&b->series, b->wedge, N_WEDGE, b->image);
         return b->image[0].x;
     }
 }
@@ -146,7 +148,7 @@ static int is_measured(int method, int kind) {
 static double time_round(bench *b, int method, int kind) {
     const int slow = method == GSL ? 4 : 1;
     const int n =
-        kind == OCTANTS ? 1 : 20000 / (20 + b->series.degree * b->series.degree) / slow + 1;
+        kind == IMAGES ? 1 : 20000 / (20 + b->series.degree * b->series.degree) / slow + 1;
     shcd_vec3 w = {0.36, 0.48, 0.8};
     volatile double result;
     const double start = now_ns();
@@ -211,10 +213,10 @@ static void measure(bench *b, int rounds) {
                 printf("  %17s", "-");
                 continue;
             }
-            const double unit = kind == OCTANTS ? 1e-3 : 1.0;
+            const double unit = kind == IMAGES ? 1e-3 : 1.0;
             double *v = ns[method][kind];
             qsort(v, (size_t)rounds, sizeof *v, ascending);
-            printf("  %8.*f (%6.*f)", kind == OCTANTS, v[rounds / 2] * unit, kind == OCTANTS,
+            printf("  %8.*f (%6.*f)", kind == IMAGES, v[rounds / 2] * unit, kind == IMAGES,
                    v[0] * unit);
         }
         printf("\n");
@@ -246,14 +248,15 @@ int main(int argc, char **argv) {
     b.ddp = lines(n);
     b.trig = lines(2 * (DEGREE_MAX + 1));
     for (int i = 0, at = 0; i <= LATTICE; i++) {
-        for (int j = 0; i + j <= LATTICE; j++) {
-            b.octant[at++] = shcd_unit(shcd_vec3_make(i, j, LATTICE - i - j));
+        for (int j = 0; j <= i && i + j <= LATTICE; j++) {
+            b.wedge[at++] = shcd_unit(shcd_vec3_make(i, j, LATTICE - i - j));
         }
     }
-    printf("ns, median of %d rounds (fastest); octants: us for the 8 images of %d directions\n",
-           rounds, N_OCTANT);
+    printf(
+        "ns, median of %d rounds (fastest); images: us for the 16 mirror images of %d directions\n",
+        rounds, N_WEDGE);
     printf("%6s  %-8s  %17s  %17s  %17s  %17s  %17s\n", "degree", "path", "point", "and first",
-           "jet", "partial sums", "octants [us]");
+           "jet", "partial sums", "images [us]");
     for (size_t d = 0; d < sizeof degree / sizeof degree[0]; d++) {
         open_bench(&b, degree[d]);
         check_agreement(&b);

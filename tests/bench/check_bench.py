@@ -21,7 +21,7 @@ WORKLOADS = {"exact": EVERYWHERE, "fast": EVERYWHERE, "map": EVERYWHERE, "track"
              "next": ON_PATHS, "moved-exact": EVERYWHERE, "moved-inflated": EVERYWHERE,
              "moved-next": ON_PATHS, "point": EVERYWHERE, "jacobian": EVERYWHERE}
 COMPARED = set(WORKLOADS) - {"point", "jacobian"}
-UPDATES = {"inflate", "inflate-exact", "refresh", "refresh-exact", "tick"}
+UPDATES = {"inflate", "inflate-exact", "refresh", "refresh-exact", "progressive", "tick"}
 
 
 def run(*command):

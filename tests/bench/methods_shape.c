@@ -189,15 +189,17 @@ static void add_update(bench_list *list, const methods_body *body, const double 
 }
 
 void methods_add_updates(bench_list *list, const methods_body *body, const double *path, size_t n) {
-    static const bench_update how[5] = {
+    static const bench_update how[6] = {
         {.name = "inflate", .what = "shcd_shape_set by 0.1 %, inflating"},
         {.name = "inflate-exact", .what = "the same and the next exact query"},
         {.name = "refresh", .what = "shcd_shape_set by 0.1 %, refreshing"},
         {.name = "refresh-exact", .what = "the same and the next exact query"},
+        {.name = "progressive", .what = "shcd_shape_set by 0.1 %, a share of the tree refreshed"},
         {.name = "tick", .what = "shcd_shape_set by 0.01 %, then shcd_closest_next a step on"}};
     add_update(list, body, path, n, &how[0], SHCD_FOLLOW_INFLATE, 0, 1.0);
     add_update(list, body, path, n, &how[1], SHCD_FOLLOW_INFLATE, 1, 1.0);
     add_update(list, body, path, n, &how[2], SHCD_FOLLOW_REFRESH, 0, 1.0);
     add_update(list, body, path, n, &how[3], SHCD_FOLLOW_REFRESH, 1, 1.0);
-    add_update(list, body, path, n, &how[4], SHCD_FOLLOW_AUTO, 2, 0.1);
+    add_update(list, body, path, n, &how[4], SHCD_FOLLOW_PROGRESSIVE, 0, 1.0);
+    add_update(list, body, path, n, &how[5], SHCD_FOLLOW_AUTO, 2, 0.1);
 }

@@ -5,7 +5,7 @@ import unittest
 
 from support import SHCD, CommandTest
 
-COMMANDS = ("fit", "info", "query", "surface", "coefficients", "create", "cost")
+COMMANDS = ("fit", "info", "query", "surface", "coefficients", "create", "cost", "modes")
 
 
 class Usage(CommandTest):
@@ -64,7 +64,20 @@ class Usage(CommandTest):
         self.bad("needs --grid octahedral", "query", "b", "--tier", "map", "--grid", "latlong",
                  "--interpolation", "hermite")
 
+    def test_modes(self):
+        for command in (("fit", "m.obj"), ("modes", "b")):
+            for n in ("-1", "1025", "2.5", "x"):
+                self.bad("--modes .*must be 0 to 1024", *command, "-o", "o", "--modes", n)
+        for anchor in ("", "1,2,3", "1,2,3,0", "1,2,3,-1", "1,2,3,1,0", "1,2,3,1,1,1", "1,2,,1",
+                       "a,2,3,1", "1,2,3,nan", "1 2 3 4", "1,2,3," + "1" * 80):
+            self.bad("--anchor .*must be x,y,z,radius", "modes", "b", "-o", "o", "--anchor", anchor)
+        self.bad("more than 64 times --anchor", "modes", "b", "-o", "o",
+                 *(["--anchor", "1,2,3,4"] * 65))
+        self.bad("leaves no modes to be anchored", "modes", "b", "-o", "o", "--modes", "0",
+                 "--anchor", "1,2,3,4")
+
     def test_missing_output(self):
+        self.bad("-o OUT.shcd is missing", "modes", "body")
         self.bad("-o BODY.shcd is missing", "create", "table.csv")
         self.bad("-o BODY.shcd is missing", "create", "table.csv", "-o", "-")
         self.bad("-o OUT.obj", "surface", "body")

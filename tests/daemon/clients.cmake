@@ -27,7 +27,11 @@ endfunction()
 
 set(organ test_clients.sh ${PROJECT_SOURCE_DIR}/scenes/organ.obj m)
 set(liver test_clients.sh "${SHCD_MESHES}/liver-smooth.obj" cm)
-shcd_add_client_test(clients_organ ${organ} c python)
+if(SHCD_SANITIZED) # an interpreter is not
+    shcd_add_client_test(clients_organ ${organ} c)
+else()
+    shcd_add_client_test(clients_organ ${organ} c python)
+endif()
 if(SHCD_JAVA_MISSING)
     shcd_add_client_test(clients_liver ${liver} c python)
     add_test(NAME clients_java COMMAND sh -c
@@ -38,5 +42,5 @@ else()
     shcd_add_client_test(clients_java ${organ} java junk)
 endif()
 shcd_add_client_test(demo test_demo.sh)
-# the same programs again, on another body and by another script
-set_property(TEST clients_liver demo APPEND PROPERTY LABELS plain)
+# the same programs again, on another body and by another script, or under an interpreter
+set_property(TEST clients_liver clients_java demo APPEND PROPERTY LABELS plain)

@@ -17,6 +17,7 @@ typedef struct body_recipe {
     double detail_m;    /* size of the coefficients of degree l >= 2, times l^3 */
     shcd_pose in_world; /* quaternions: integers whose squares sum to a square */
     double reach_m;     /* about half its size: how far the tools' paths go */
+    size_t n_modes;     /* 0: a rigid body */
 } body_recipe;
 
 static const body_recipe recipes[SESSION_BODIES] = {
@@ -27,7 +28,7 @@ static const body_recipe recipes[SESSION_BODIES] = {
      0.012,
      {{0.15, 0.01, -0.02}, {2.0 / 9.0, 4.0 / 9.0, 5.0 / 9.0, 6.0 / 9.0}},
      0.05},
-    {"bean", 9, {0.03, 0.05, 0.035}, 0.01, {{0.02, 0.085, 0.03}, {0.8, -0.4, 0.4, 0.2}}, 0.045},
+    {"bean", 9, {0.03, 0.05, 0.035}, 0.01, {{0.02, 0.085, 0.03}, {0.8, -0.4, 0.4, 0.2}}, 0.045, 49},
     {"marble", 1, {0.02, 0.02, 0.02}, 0.0, {{-0.08, 0.03, 0.02}, {1.0, 0.0, 0.0, 0.0}}, 0.02}};
 
 static const double radii_m[SESSION_TOOLS] = {0.0, 0.003, 0.008, 0.0, 0.0, 0.0};
@@ -40,6 +41,28 @@ static const double radii_m[SESSION_TOOLS] = {0.0, 0.003, 0.008, 0.0, 0.0, 0.0};
 static int64_t next_integer(uint64_t *random) {
     *random = *random * 6364136223846793005u + 1442695040888963407u;
     return (int64_t)((*random >> 33) % 2001u) - 1000;
+}
+
+/* Modes as if the body were a sphere: not its own, and as good for a test of bits. */
+static const shcd_modes *make_modes(const body_recipe *r) {
+    static double eigenvalues[SHCD_COUNT(DEGREE_MAX)];
+    static double rows[SHCD_COUNT(DEGREE_MAX) * SHCD_COUNT(DEGREE_MAX)];
+    static shcd_modes modes;
+    const double radius_m = r->reach_m;
+    const size_t count = SHCD_COUNT(r->degree);
+    memset(rows, 0, sizeof rows);
+    for (int l = 0; l <= r->degree; l++) {
+        for (size_t i = SHCD_INDEX(l, -l); i <= SHCD_INDEX(l, l); i++) {
+            eigenvalues[i] = l * (l + 1) / (radius_m * radius_m);
+            rows[i * count + i] = 1.0 / radius_m;
+        }
+    }
+    modes.n_modes = r->n_modes;
+    modes.eigenvalue_per_m2 = eigenvalues;
+    modes.coefficient_per_m = rows;
+    modes.area_m2 = 12.5 * radius_m * radius_m;
+    modes.volume_m3 = 4.0 * radius_m * radius_m * radius_m;
+    return &modes;
 }
 
 static shcd_model *make_model(const body_recipe *r, uint64_t random) {
@@ -59,6 +82,7 @@ static shcd_model *make_model(const body_recipe *r, uint64_t random) {
     }
     def.degree = r->degree;
     def.coefficients = coefficients;
+    def.modes = r->n_modes > 0 ? make_modes(r) : NULL;
     if (shcd_model_create(&def, NULL, &model, &error) != SHCD_OK) {
         fprintf(stderr, "session: %s: %s\n", r->name, error.message);
     }
@@ -94,12 +118,21 @@ static int make_geometries(session *s) {
 static int make_scene(session *s) {
     static const shcd_parameter_value stiff = {"k_n_per_m", 1200.0};
     static const shcd_parameter_value lossy = {"ratio", 0.5};
-    static const shcd_effect_def effects[SESSION_BODIES][2] = {
-        {{"stiffness", NULL, 0}, {"damping", NULL, 0}},
-        {{"stiffness", NULL, 0}, {NULL, NULL, 0}},
-        {{"stiffness", &stiff, 1}, {"damping", &lossy, 1}},
+    static const shcd_parameter_value wave[2] = {{.name = "modes", .value = 49.0},
+                                                 {.name = "thickness_m", .value = 0.01}};
+    static const shcd_effect_def effects[SESSION_BODIES][8] = {
+        {{"stiffness", NULL, 0}, {"damping", NULL, 0}, {"friction", NULL, 0}},
+        {{"stiffness", NULL, 0}},
+        {{"stiffness", &stiff, 1},
+         {"damping", &lossy, 1},
+         {"wave", wave, 2},
+         {"pulse", NULL, 0},
+         {"texture", NULL, 0},
+         {"relaxation", NULL, 0},
+         {"friction", NULL, 0},
+         {"viscosity", NULL, 0}},
         {{"damping", NULL, 0}, {"stiffness", NULL, 0}}};
-    static const size_t n_effects[SESSION_BODIES] = {2, 1, 2, 2};
+    static const size_t n_effects[SESSION_BODIES] = {3, 1, 8, 2};
     static const char *const tool_names[SESSION_TOOLS] = {"tip",    "bead",    "ball",
                                                           "needle", "capsule", "shell"};
     shcd_body_def bodies[SESSION_BODIES];

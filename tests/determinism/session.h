@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A session of 10 000 ticks that every build on every machine has to reproduce bit by bit.
  *
- * Four bodies (an ellipsoid, degrees 15 and 9, a small sphere) and six tools (points, spheres, a
+ * Four bodies (an ellipsoid, degrees 15 and 9, the last of them soft and with every effect that
+ * gets along with the others, a small sphere) and six tools (points, spheres, a
  * capsule and a point shell) that press, slide, plunge through the middle, strike, wander off,
  * vanish and send nonsense. All input comes from integers by +, -, *, / and sqrt, which IEEE 754
  * rounds correctly: no library function of mathematics has a say in it. */

@@ -154,6 +154,7 @@ static shcd_fit_options small_fit(void) {
     shcd_fit_options options = SHCD_FIT_OPTIONS_INIT;
     options.degree = 2;
     options.n_samples = 400;
+    options.n_modes = -1;
     return options;
 }
 
@@ -196,6 +197,24 @@ static shcd_status fit_to_tolerance(shcd_error *error) {
     options.degree_max = 4;
     options.tolerance_m = 0.3;
     return fit_with(&options, error);
+}
+
+static shcd_model *held;
+
+static shcd_status modes(shcd_error *error) {
+    static const shcd_anchor anchor = {{0.0, 0.0, 0.06}, 0.05, 0.0};
+    shcd_modes *const untouched = (shcd_modes *)(uintptr_t)16;
+    shcd_modes *made = untouched;
+    shcd_modes_options options = SHCD_MODES_OPTIONS_INIT;
+    options.anchors = &anchor;
+    options.n_anchors = 1;
+    const shcd_status status = shcd_fit_modes(held, &options, &made, error);
+    if (status == SHCD_OK) {
+        shcd_modes_free(made);
+    } else {
+        assert_ptr_equal(made, untouched);
+    }
+    return status;
 }
 
 /* ---- the tests ---- */
@@ -295,6 +314,21 @@ static void test_fit_to_tolerance_failing_memory_is_reported(void **state) {
     fail_each(fit_to_tolerance, "fit to a tolerance");
 }
 
+static void test_fit_modes_failing_memory_is_reported(void **state) {
+    const double axes_m[3] = {0.05, 0.04, 0.06}, unit = 2.0466534158929770;
+    double coefficients[12] = {0.0};
+    shcd_model_def def = SHCD_MODEL_DEF_INIT;
+    (void)state;
+    coefficients[3 * SHCD_INDEX(1, 1)] = axes_m[0] * unit;
+    coefficients[3 * SHCD_INDEX(1, -1) + 1] = axes_m[1] * unit;
+    coefficients[3 * SHCD_INDEX(1, 0) + 2] = axes_m[2] * unit;
+    def.degree = 1;
+    def.coefficients = coefficients;
+    assert_int_equal(shcd_model_create(&def, NULL, &held, NULL), SHCD_OK);
+    fail_each(modes, "fit_modes");
+    shcd_model_free(held);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(test_mesh_create_failing_memory_is_reported, make_surface,
@@ -307,6 +341,7 @@ int main(void) {
                                         free_surface),
         cmocka_unit_test_setup_teardown(test_fit_to_tolerance_failing_memory_is_reported,
                                         make_surface, free_surface),
+        cmocka_unit_test(test_fit_modes_failing_memory_is_reported),
     };
     return cmocka_run_group_tests(tests, redirect_cholmod, remove_folder);
 }

@@ -5,6 +5,7 @@
 #include "mutate.h"
 
 #include "shcd/query.h"
+#include "support/some_modes.h"
 
 enum {
     N_CASES = 4000,
@@ -13,7 +14,8 @@ enum {
     CHUNK_HEADER = 24,
     CHUNK_LENGTH = 16, /* where in a chunk its length stands */
     COEFFICIENTS = 8,  /* where in the payload of COEF they start */
-    N_SEEDS = 4
+    N_MODES_MOST = 9,
+    N_SEEDS = 5
 };
 
 /* The stated bound. A model takes a tree and a map of a size that is capped, at most 16 MiB while
@@ -114,7 +116,7 @@ static unsigned char seed_bytes[N_SEEDS][CAPACITY];
 static mutant seeds[N_SEEDS];
 
 /* An ellipsoid with small ripples. */
-static shcd_model *make_body(int degree, int with_fit, size_t n_cost_rows,
+static shcd_model *make_body(int degree, int with_fit, size_t n_cost_rows, size_t n_modes,
                              const shcd_allocator *allocator) {
     static const double half_axes[3] = {0.05, 0.04, 0.03};
     const double n1 = 0.48860251190291992;
@@ -123,10 +125,14 @@ static shcd_model *make_body(int degree, int with_fit, size_t n_cost_rows,
     double *coefficients = calloc(n, sizeof *coefficients);
     shcd_fit_record fit;
     shcd_cost_row rows[4];
+    double *numbers = calloc(SOME_MODES_SIZE(degree, N_MODES_MOST), sizeof *numbers);
+    shcd_modes modes;
     shcd_model_def def = SHCD_MODEL_DEF_INIT;
     shcd_model *model = NULL;
     shcd_error error = {SHCD_OK, ""};
     assert_non_null(coefficients);
+    assert_non_null(numbers);
+    assert_true(n_modes <= N_MODES_MOST);
     assert_true(n_cost_rows <= sizeof rows / sizeof rows[0]);
     for (size_t i = 12; i < n; ++i) {
         coefficients[i] = check_uniform(&r, -1.0, 1.0) * 0.002 / (double)SHCD_COUNT(degree);
@@ -152,19 +158,23 @@ static shcd_model *make_body(int degree, int with_fit, size_t n_cost_rows,
     def.cost_rows = rows;
     def.n_cost_rows = n_cost_rows;
     def.cost_machine = "a machine";
+    modes = some_modes(degree, n_modes, numbers);
+    def.modes = n_modes > 0 ? &modes : NULL;
     if (shcd_model_create(&def, allocator, &model, &error) != SHCD_OK) {
         fail_msg("%s", error.message);
     }
     free(coefficients);
+    free(numbers);
     return model;
 }
 
 static int make_seeds(void **state) {
-    static const int degree[N_SEEDS] = {1, 1, 2, 3};
-    static const size_t n_cost_rows[N_SEEDS] = {0, 4, 0, 2};
+    static const int degree[N_SEEDS] = {1, 1, 2, 3, 2};
+    static const size_t n_cost_rows[N_SEEDS] = {0, 4, 0, 2, 0};
+    static const size_t n_modes[N_SEEDS] = {0, 0, 0, 3, 9};
     (void)state;
     for (size_t i = 0; i < N_SEEDS; ++i) {
-        shcd_model *model = make_body(degree[i], i > 0, n_cost_rows[i], NULL);
+        shcd_model *model = make_body(degree[i], i > 0, n_cost_rows[i], n_modes[i], NULL);
         seeds[i].bytes = seed_bytes[i];
         seeds[i].size = shcd_model_write_size(model);
         seeds[i].capacity = CAPACITY;
@@ -215,13 +225,13 @@ static uint64_t any_length(check_random *r, uint64_t length) {
 
 /* A change that keeps to the format: a field of a chunk's header, one more chunk, one fewer. */
 static void change_chunk(check_random *r, mutant *m, size_t at) {
-    static const char *const names[] = {"COEF", "FITR", "COST", "XTRA", "\0\0\0\0"};
+    static const char *const names[] = {"COEF", "FITR", "COST", "MODE", "XTRA", "\0\0\0\0"};
     const size_t end = next_chunk(m, at);
     unsigned char piece[CAPACITY];
     memcpy(piece, m->bytes + at, end - at);
     switch (mutate_below(r, 8)) {
     case 0:
-        memcpy(m->bytes + at, names[mutate_below(r, 5)], 4);
+        memcpy(m->bytes + at, names[mutate_below(r, 6)], 4);
         break;
     case 1:
         put_bits(m->bytes + at + 4 * (1 + mutate_below(r, 3)), check_random_bits(r) & 3u, 4);
@@ -248,7 +258,8 @@ static void change_chunk(check_random *r, mutant *m, size_t at) {
 }
 
 static void change(check_random *r, mutant *m) {
-    static const char *const pieces[] = {"COEF", "FITR", "COST", "XTRA", "\1", "\xff\xff\xff\xff"};
+    static const char *const pieces[] = {
+        "COEF", "FITR", "COST", "MODE", "XTRA", "\1", "\xff\xff\xff\xff"};
     static const mutate_tokens tokens = {pieces, sizeof pieces / sizeof pieces[0]};
     const size_t kind = mutate_below(r, 16), at = any_chunk(r, m), end = next_chunk(m, at);
     if (end == 0 || kind == 0) {
@@ -407,7 +418,7 @@ static void test_model_create_memory_is_bounded_by_the_degree(void **state) {
         meter m = {0, 0};
         const shcd_allocator allocator = {meter_allocate, meter_release, &m};
         const size_t n_harmonics = SHCD_COUNT(degrees[i]);
-        shcd_model *model = make_body(degrees[i], 0, 0, &allocator);
+        shcd_model *model = make_body(degrees[i], 0, 0, 0, &allocator);
         print_message("degree %d: %zu bytes at most, %zu kept\n", degrees[i], m.peak, m.now);
         assert_true(m.peak <= BYTES_CONSTANT + BYTES_PER_HARMONIC * n_harmonics);
         shcd_model_free(model);

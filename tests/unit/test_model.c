@@ -4,6 +4,7 @@
 #include "shcd/shcd.h"
 #include "support/bodies.h"
 #include "support/check.h"
+#include "support/some_modes.h"
 
 #define PI BODIES_PI
 
@@ -331,9 +332,12 @@ static void ledger_release(void *memory, void *user) {
 static void test_each_failing_allocation_is_survived(void **state) {
     definition d;
     unsigned char bytes[4096];
+    double numbers[SOME_MODES_SIZE(3, 4)];
+    const shcd_modes modes = some_modes(3, 4, numbers);
     size_t size = 0;
     (void)state;
     definition_init(&d);
+    d.def.modes = &modes;
     for (int reads = 0; reads < 2; reads++) {
         size_t failures = 0;
         for (size_t k = 1;; k++) {

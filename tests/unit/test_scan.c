@@ -43,7 +43,7 @@ static shcd_vec3 place_of(const shcdi_view *view, const float at[3]) {
 static shcdi_ball_table balls_of(const shcdi_view *view) {
     const size_t n = view->index->n_balls;
     const float *b = view->positions.ball;
-    const shcdi_ball_table table = {b, b + n, b + 2 * n, b + 3 * n, n};
+    const shcdi_ball_table table = {b, b + n, b + 2 * n, b + 3 * n, NULL, n};
     return table;
 }
 
@@ -85,7 +85,7 @@ static void test_scans_bound_the_distance_to_the_surface(void **state) {
             random_at(&view, &random, i, at);
             const shcd_vec3 p = place_of(&view, at);
             const size_t block = (size_t)(check_random_bits(&random) % n_blocks);
-            shcdi_scan_balls(view.series.simd, &balls, at, 0.0f, ball);
+            shcdi_scan_balls(view.series.simd, &balls, at, ball);
             for (size_t b = n_blocks; b < balls.n; b++) {
                 assert_true(ball[b] == HUGE_VALF);
             }
@@ -126,9 +126,9 @@ static void test_all_paths_scan_the_same_bits(void **state) {
     check_random random = {142};
     shcd_model *m = bodies_create_random(&random, 12, 0.3);
     const shcdi_view view = view_of(m);
-    const shcdi_ball_table balls = balls_of(&view);
+    shcdi_ball_table balls = balls_of(&view);
     const size_t bytes = balls.n * sizeof(float);
-    float *ball[N_PATHS];
+    float *ball[N_PATHS], *growths = calloc(balls.n, sizeof(float)), *plain = malloc(bytes);
     int n_paths = 0;
     (void)state;
     for (int k = 0; k < N_PATHS; k++) {
@@ -136,15 +136,27 @@ static void test_all_paths_scan_the_same_bits(void **state) {
         assert_non_null(ball[k]);
         n_paths += has_path(k);
     }
+    assert_true(growths != NULL && plain != NULL);
     for (size_t i = 0; i < 8 + check_scaled(200); i++) {
         const float growth = i % 3 ? 0.0f : 0.01f;
         float at[3];
         random_at(&view, &random, i, at);
+        balls.growth = NULL;
+        shcdi_scan_balls(path_of[0], &balls, at, plain);
+        for (size_t b = 0; b < balls.n; b++) {
+            growths[b] = growth * (float)(b % 7);
+        }
+        balls.growth = i % 2 ? growths : NULL;
         for (int k = 0; k < N_PATHS; k++) {
             if (has_path(k)) {
-                shcdi_scan_balls(path_of[k], &balls, at, growth, ball[k]);
+                shcdi_scan_balls(path_of[k], &balls, at, ball[k]);
                 assert_memory_equal(ball[k], ball[0], bytes);
             }
+        }
+        /* each ball by its own growth */
+        for (size_t b = 0; b < shcdi_view_block_count(&view); b++) {
+            const double expected = (double)plain[b] - (i % 2 ? (double)growths[b] : 0.0);
+            assert_near((double)ball[0][b], expected, 1e-6 * (1.0 + fabs(expected)));
         }
         for (size_t b = 0; b < shcdi_view_block_count(&view); b++) {
             struct {
@@ -160,6 +172,8 @@ static void test_all_paths_scan_the_same_bits(void **state) {
         }
     }
     print_message("%d paths\n", n_paths);
+    free(growths);
+    free(plain);
     for (int k = 0; k < N_PATHS; k++) {
         free(ball[k]);
     }

@@ -7,31 +7,13 @@
 #include "query/growth.h"
 #include "shcd/shape.h"
 #include "support/bodies.h"
+#include "support/shapes.h"
 
 #include <string.h>
 
 #define SEED 20261122u
 #define TOP 30
 #define ORDERS 4
-
-static void *block_of(const shcd_model *model) {
-    void *memory = aligned_alloc(16, (shcd_shape_size(model) + 15) / 16 * 16);
-    assert_non_null(memory);
-    return memory;
-}
-
-static shcd_shape *shape_of(const shcd_model *model) {
-    shcd_shape *shape = NULL;
-    assert_int_equal(shcd_shape_init(model, block_of(model), shcd_shape_size(model), &shape),
-                     SHCD_OK);
-    return shape;
-}
-
-static shcd_shape_info info_of(const shcd_model *model, const shcd_shape *shape) {
-    shcd_shape_info info = SHCD_SHAPE_INFO_INIT;
-    assert_int_equal(shcd_shape_describe(model, shape, &info), SHCD_OK);
-    return info;
-}
 
 /* ---- B_k ---- */
 
@@ -174,29 +156,6 @@ static void random_change(check_random *random, const shcd_model *model, double 
     }
 }
 
-static shcd_vec3 point_near(check_random *random, const shcd_model_info *info) {
-    const shcd_vec3 d = bodies_random_direction(random);
-    return shcd_mul_add(info->centre_m, check_uniform(random, 0.0, 1.5) * info->radius_m, d);
-}
-
-static void assert_same_answers(const shcd_model *a, const shcd_shape *x, const shcd_shape *y,
-                                check_random *random) {
-    const shcd_model_info info = bodies_info(a);
-    for (int i = 0; i < 200; i++) {
-        const shcd_vec3 p = point_near(random, &info);
-        for (int32_t tier = SHCD_TIER_EXACT; tier <= SHCD_TIER_MAP; tier++) {
-            shcd_query_options options = SHCD_QUERY_OPTIONS_INIT;
-            shcd_proximity one, other;
-            options.tier = tier;
-            memset(&one, 0, sizeof one);
-            memset(&other, 1, sizeof other);
-            assert_int_equal(shcd_shape_closest(a, x, p, &options, &one), SHCD_OK);
-            assert_int_equal(shcd_shape_closest(a, y, p, &options, &other), SHCD_OK);
-            assert_memory_equal(&one, &other, sizeof one);
-        }
-    }
-}
-
 static void test_shape_checks_its_arguments(void **state) {
     (void)state;
     check_random random = {SEED + 1};
@@ -226,9 +185,9 @@ static void test_shape_checks_its_arguments(void **state) {
     assert_int_equal(shcd_shape_set(model, NULL, c, 0), SHCD_ERR_ARGUMENT);
     assert_int_equal(shcd_shape_set(model, shape, NULL, 0), SHCD_ERR_ARGUMENT);
     assert_int_equal(shcd_shape_set(model, shape, c, -1), SHCD_ERR_ARGUMENT);
-    assert_int_equal(shcd_shape_set(model, shape, c, 3), SHCD_ERR_ARGUMENT);
+    assert_int_equal(shcd_shape_set(model, shape, c, 4), SHCD_ERR_ARGUMENT);
     assert_int_equal(shcd_shape_set(other, shape, c, 0), SHCD_ERR_ARGUMENT);
-    assert_int_equal(info_of(model, shape).n_sets, 0);
+    assert_int_equal(shapes_info(model, shape).n_sets, 0);
 
     shcd_shape_info info = SHCD_SHAPE_INFO_INIT;
     assert_int_equal(shcd_shape_describe(NULL, shape, &info), SHCD_ERR_ARGUMENT);
@@ -272,7 +231,7 @@ static void test_shape_refuses_coefficients_that_are_not_finite(void **state) {
     check_random random = {SEED + 2};
     shcd_model *model = bodies_create_random(&random, 4, 0.05);
     const size_t size = shcd_shape_size(model);
-    shcd_shape *shape = shape_of(model);
+    shcd_shape *shape = shapes_create(model);
     double c[3 * SHCD_COUNT(4)];
     random_change(&random, model, 0.01, c);
     assert_int_equal(shcd_shape_set(model, shape, c, SHCD_FOLLOW_REFRESH), SHCD_OK);
@@ -300,13 +259,13 @@ static void test_shape_is_relocatable(void **state) {
     check_random random = {SEED + 3};
     shcd_model *model = bodies_create_random(&random, 6, 0.05);
     const size_t size = shcd_shape_size(model);
-    shcd_shape *shape = shape_of(model);
+    shcd_shape *shape = shapes_create(model);
     double c[3 * SHCD_COUNT(6)];
-    for (int follow = SHCD_FOLLOW_AUTO; follow <= SHCD_FOLLOW_REFRESH; follow++) {
+    for (int follow = SHCD_FOLLOW_AUTO; follow <= SHCD_FOLLOW_PROGRESSIVE; follow++) {
         random_change(&random, model, 0.003, c);
         assert_int_equal(shcd_shape_set(model, shape, c, follow), SHCD_OK);
-        shcd_shape *copy = memcpy(block_of(model), shape, size);
-        assert_same_answers(model, shape, copy, &random);
+        shcd_shape *copy = memcpy(shapes_block(model), shape, size);
+        shapes_assert_same_answers(model, shape, copy, &random);
         /* and goes on alike */
         random_change(&random, model, 0.003, c);
         assert_int_equal(shcd_shape_set(model, shape, c, follow), SHCD_OK);
@@ -323,10 +282,10 @@ static void test_rest_shape_answers_like_the_model(void **state) {
     check_random random = {SEED + 4};
     shcd_model *model = bodies_create_random(&random, 8, 0.05);
     const shcd_model_info info = bodies_info(model);
-    shcd_shape *shape = shape_of(model), *set = shape_of(model);
+    shcd_shape *shape = shapes_create(model), *set = shapes_create(model);
     for (int i = 0; i < 500; i++) {
         shcd_proximity a, b;
-        const shcd_vec3 p = point_near(&random, &info);
+        const shcd_vec3 p = shapes_point_near(&random, &info);
         memset(&a, 0, sizeof a);
         memset(&b, 0, sizeof b);
         assert_int_equal(shcd_closest(model, p, NULL, &a), SHCD_OK);
@@ -339,14 +298,14 @@ static void test_rest_shape_answers_like_the_model(void **state) {
     /* setting what already holds changes no answer, and neither does going there and back */
     assert_int_equal(
         shcd_shape_set(model, set, shcd_model_coefficients(model), SHCD_FOLLOW_INFLATE), SHCD_OK);
-    assert_same_answers(model, shape, set, &random);
+    shapes_assert_same_answers(model, shape, set, &random);
     double c[3 * SHCD_COUNT(8)];
     random_change(&random, model, 0.01, c);
     assert_int_equal(shcd_shape_set(model, set, c, SHCD_FOLLOW_INFLATE), SHCD_OK);
     assert_int_equal(
         shcd_shape_set(model, set, shcd_model_coefficients(model), SHCD_FOLLOW_INFLATE), SHCD_OK);
-    assert_same_answers(model, shape, set, &random);
-    const shcd_shape_info back = info_of(model, set);
+    shapes_assert_same_answers(model, shape, set, &random);
+    const shcd_shape_info back = shapes_info(model, set);
     assert_true(back.inflation_m == 0.0 && back.displacement_bound[0] == 0.0);
     assert_int_equal(back.n_sets, 3);
     free(set);
@@ -360,16 +319,16 @@ static void test_follow_decides_on_refreshes(void **state) {
     shcd_model *model = bodies_create_random(&random, 6, 0.05);
     const shcd_model_info rest = bodies_info(model);
     const double *at_rest = shcd_model_coefficients(model);
-    shcd_shape *shape = shape_of(model);
+    shcd_shape *shape = shapes_create(model);
     double c[3 * SHCD_COUNT(6)], bound[ORDERS];
     uint64_t refreshes = 0, automatic = 0, spared = 0;
     for (uint64_t i = 1; i <= 300; i++) {
         const int follow = (int)check_uniform(&random, 0.0, 3.0);
         random_change(&random, model,
                       rest.max_deviation_m * pow(10.0, check_uniform(&random, -4.0, 1.0)), c);
-        const shcd_shape_info before = info_of(model, shape);
+        const shcd_shape_info before = shapes_info(model, shape);
         assert_int_equal(shcd_shape_set(model, shape, c, follow), SHCD_OK);
-        const shcd_shape_info after = info_of(model, shape);
+        const shcd_shape_info after = shapes_info(model, shape);
         const int refreshed = after.n_refreshes != before.n_refreshes;
         refreshes += (uint64_t)refreshed;
         assert_int_equal(after.n_refreshes, refreshes);
@@ -405,7 +364,7 @@ static void test_shape_surface_is_the_sum_of_harmonics(void **state) {
     (void)state;
     check_random random = {SEED + 6};
     shcd_model *model = bodies_create_random(&random, 15, 0.05);
-    shcd_shape *shape = shape_of(model);
+    shcd_shape *shape = shapes_create(model);
     static double c[3 * SHCD_COUNT(15)], g[3 * SHCD_COUNT(15)];
     for (int i = 0; i < 100; i++) {
         const shcd_vec3 w = bodies_random_direction(&random);

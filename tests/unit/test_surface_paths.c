@@ -6,6 +6,7 @@
  * Only paths that this processor has can run; the portable one always does, and is then compared
  * with itself at another alignment. Which ran is printed. */
 #include "model/model.h"
+#include "model/norms.h"
 #include "support/bodies.h"
 #include "support/check.h"
 
@@ -45,8 +46,11 @@ static void open_paths(every_path *p, int degree, uint64_t seed) {
     }
     p->series[p->n] = p->series[p->n - 1];
     p->series[p->n++].packed = shifted;
-    shcdi_pack_for(&p->series[0], p->coefficients, shifted);
-    assert_memory_equal(packed, shifted, k * sizeof(double));
+    for (int i = 0; i < p->n; i++) {
+        memset(shifted, 0x5a, k * sizeof(double));
+        shcdi_pack_for(&p->series[i], p->coefficients, shifted);
+        assert_memory_equal(packed, shifted, k * sizeof(double));
+    }
 }
 
 /* Poles, the equator, axes and planes of mirror images, almost poles, and anything else. */
@@ -172,7 +176,58 @@ static void test_points_together_are_points_alone(void **state) {
     }
 }
 
-static void test_octants_are_the_points_of_the_mirror_images(void **state) {
+/* Degree by degree, nothing before and nothing behind. */
+static void test_norms_are_sums_of_squares_on_every_path(void **state) {
+    check_random random = {47};
+    (void)state;
+    for (int degree = 0; degree <= SHCD_DEGREE_MAX; degree += degree < 20 ? 1 : 26) {
+        const size_t n = 3 * SHCD_COUNT(degree);
+        /* allocated to the last byte, for a sanitizer to see */
+        double *a = malloc(n * sizeof *a), *b = malloc(n * sizeof *b);
+        double *factors = malloc(SHCDI_NORMS * ((size_t)degree + 1) * sizeof *factors);
+        double first[SHCD_DEGREE_MAX + 1], other[SHCD_DEGREE_MAX + 1], expected[SHCDI_NORMS] = {0};
+        assert_true(a != NULL && b != NULL && factors != NULL);
+        for (size_t i = 0; i < n; i++) {
+            a[i] = check_normal(&random);
+            b[i] = i % 5 == 0 ? a[i] : check_normal(&random);
+        }
+        shcdi_surface_squares(SHCD_SIMD_PORTABLE, degree, a, b, first);
+        for (int l = 0; l <= degree; l++) {
+            double sum = 0.0;
+            for (size_t i = 3 * SHCD_INDEX(l, -l); i < 3 * SHCD_INDEX(l, l) + 3; i++) {
+                sum += (a[i] - b[i]) * (a[i] - b[i]);
+            }
+            /* n roundings of a sum of positive terms, in either order */
+            assert_near(first[l], sum, 2.0 * 3.0 * (2.0 * l + 1.0) * 2.3e-16 * sum);
+            shcdi_norm_factors(degree, l, factors + SHCDI_NORMS * l);
+            for (int k = 0; k < SHCDI_NORMS; k++) {
+                expected[k] += sqrt(sum) * factors[SHCDI_NORMS * l + k];
+            }
+        }
+        for (int simd = SHCD_SIMD_PORTABLE; simd <= SHCD_SIMD_AVX512; simd++) {
+            double sum[SHCDI_NORMS];
+            if (shcdi_simd_choose(simd) != simd) {
+                continue;
+            }
+            shcdi_surface_squares(simd, degree, a, b, other);
+            assert_same(first, other, ((size_t)degree + 1) * sizeof *first);
+            shcdi_norms(simd, factors, degree, a, b, sum);
+            for (int k = 0; k < SHCDI_NORMS; k++) {
+                /* rounded up, by no more than 1e-11 and the roundings */
+                assert_true(sum[k] >= expected[k] && sum[k] <= expected[k] * (1.0 + 2e-11));
+            }
+        }
+        /* the last factor is that of the rounding of an evaluation */
+        shcdi_norms(SHCD_SIMD_PORTABLE, factors, degree, a, memset(b, 0, n * sizeof *b), expected);
+        const double error = shcdi_evaluation_error(a, degree);
+        assert_near(expected[4], error, 2e-11 * error);
+        free(a);
+        free(b);
+        free(factors);
+    }
+}
+
+static void test_images_are_the_points_of_the_mirror_images(void **state) {
     enum { N = 45 };
     static const int degree[] = {0, 1, 2, 7, 8, 15, 16, 30, 77, 150};
     check_random random = {44};
@@ -182,33 +237,52 @@ static void test_octants_are_the_points_of_the_mirror_images(void **state) {
         open_paths(&p, degree[d], 800 + d);
         /* both are within the stated error of the truth */
         const double bound = 2.0 * shcdi_evaluation_error(p.coefficients, degree[d]);
-        shcd_vec3 w[N], first[8 * N], other[8 * N];
+        shcd_vec3 w[N], first[16 * N], other[16 * N + 1];
         for (int i = 0; i < N; i++) {
             const shcd_vec3 v = direction(&random, i);
             w[i] = shcd_vec3_make(fabs(v.x), fabs(v.y), fabs(v.z));
         }
-        shcdi_surface_octants(&p.series[0], w, N, first);
+        shcdi_surface_images(&p.series[0], w, N, first);
         for (int path = 1; path < p.n; path++) {
-            shcdi_surface_octants(&p.series[path], w, N, other);
+            shcdi_surface_images(&p.series[path], w, N, other);
             assert_same(first, other, sizeof first);
         }
         double worst = 0.0;
-        for (size_t i = 0; i < 8 * N; i++) {
+        for (size_t i = 0; i < 16 * N; i++) {
             const size_t image = i / N;
-            const shcd_vec3 v = {image & 1 ? -w[i % N].x : w[i % N].x,
-                                 image & 2 ? -w[i % N].y : w[i % N].y,
-                                 image & 4 ? -w[i % N].z : w[i % N].z};
+            const shcd_vec3 of = w[i % N];
+            const shcd_vec3 u = image & 8 ? shcd_vec3_make(of.y, of.x, of.z) : of;
+            const shcd_vec3 v = {image & 1 ? -u.x : u.x, image & 2 ? -u.y : u.y,
+                                 image & 4 ? -u.z : u.z};
             const shcd_vec3 alone = shcdi_surface_point(&p.series[0], degree[d], v);
             worst = fmax(worst, shcd_norm(shcd_sub(first[i], alone)));
         }
         assert_at_most(worst, bound);
         /* fewer directions: the same bits, and nothing beyond */
         memset(other, 0x5a, sizeof other);
-        shcdi_surface_octants(&p.series[p.n - 1], w, 3, other);
-        for (size_t i = 0; i < 24; i++) {
+        shcdi_surface_images(&p.series[p.n - 1], w, 3, other);
+        for (size_t i = 0; i < 48; i++) {
             assert_same(&other[i], &first[i / 3 * N + i % 3], sizeof other[i]);
         }
-        assert_int_equal(((unsigned char *)&other[24])[0], 0x5a);
+        assert_int_equal(((unsigned char *)&other[48])[0], 0x5a);
+        /* and on a lattice */
+        enum { STRIDE = (N + 7) / 8 * 8 };
+        const shcdi_lattice lattice = {{0.125, -0.5, 1.0}, 0x1p6, STRIDE};
+        static int32_t place[48 * STRIDE], again[48 * STRIDE];
+        shcdi_surface_lattice(&p.series[0], &lattice, w, N, place);
+        for (int path = 1; path < p.n; path++) {
+            shcdi_surface_lattice(&p.series[path], &lattice, w, N, again);
+            for (size_t at = 0; at < 48 * STRIDE; at++) {
+                assert_true(place[at] == again[at] || at % STRIDE >= N); /* filled up or not */
+            }
+        }
+        for (size_t i = 0; i < 16 * N; i++) {
+            const size_t at = i / N * STRIDE + i % N;
+            const shcd_vec3 from = shcd_sub(first[i], lattice.origin);
+            assert_true(place[at] == (int32_t)(from.x * lattice.factor));
+            assert_true(place[16 * STRIDE + at] == (int32_t)(from.y * lattice.factor));
+            assert_true(place[32 * STRIDE + at] == (int32_t)(from.z * lattice.factor));
+        }
         free(p.memory);
     }
 }
@@ -272,7 +346,8 @@ int main(void) {
         cmocka_unit_test(test_paths_give_the_same_bits_at_every_degree),
         cmocka_unit_test(test_every_partial_sum_is_the_truncated_point),
         cmocka_unit_test(test_points_together_are_points_alone),
-        cmocka_unit_test(test_octants_are_the_points_of_the_mirror_images),
+        cmocka_unit_test(test_norms_are_sums_of_squares_on_every_path),
+        cmocka_unit_test(test_images_are_the_points_of_the_mirror_images),
         cmocka_unit_test(test_model_uses_the_wanted_path),
         cmocka_unit_test(test_model_refuses_an_unknown_path)};
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -3,29 +3,10 @@
  * ellipsoids by the secular equation, and the thin body that a fast tool must not pass. */
 #include "shcd/shcd.h"
 #include "shcd/sweep.h"
+#include "support/allocations.h"
 #include "support/bodies.h"
 #include "support/check.h"
 #include "support/ellipsoid.h"
-
-static size_t n_allocations;
-void *__real_malloc(size_t size);
-void *__real_calloc(size_t n, size_t size);
-void *__real_realloc(void *memory, size_t size);
-void *__wrap_malloc(size_t size);
-void *__wrap_calloc(size_t n, size_t size);
-void *__wrap_realloc(void *memory, size_t size);
-void *__wrap_malloc(size_t size) {
-    n_allocations++;
-    return __real_malloc(size);
-}
-void *__wrap_calloc(size_t n, size_t size) {
-    n_allocations++;
-    return __real_calloc(n, size);
-}
-void *__wrap_realloc(void *memory, size_t size) {
-    n_allocations++;
-    return __real_realloc(memory, size);
-}
 
 static shcd_sweep_def ball_motion(shcd_vec3 from, shcd_vec3 to, double radius_m, double tolerance) {
     shcd_sweep_def def = SHCD_SWEEP_DEF_INIT;

@@ -7,7 +7,8 @@
  * F = k x^n (1 + (3/2) alpha u) loses the share alpha v of the speed in a bounce of impact speed v,
  * to first order: e = 1 - alpha v. Here ratio = alpha v_ref, so ratio is 1 - e at v_ref. Beyond
  * first order e solves b - log(1 + b) = -e b - log(1 - e b), b = (3/2) ratio v / v_ref (energy
- * balance of the way in and the way out; tests/unit/test_effects.c): 0.77 for ratio 0.3 at v_ref.
+ * balance of the way in and the way out; tests/unit/test_effect_damping.c): 0.77 for ratio 0.3 at
+ * v_ref.
  *
  * Unlike a dashpot the force starts from zero on touching. The lower bound keeps it from pulling
  * when the tool leaves fast (no sticking); the clamp of u bounds the factor by 1 + 15 ratio, so
@@ -45,5 +46,7 @@ const shcdi_effect shcdi_effect_damping = {
      "K. H. Hunt, F. R. E. Crossley, J. Appl. Mech. 42(2), 440-445 (1975)", 2, parameters},
     0,
     prepare,
+    NULL,
+    NULL,
     apply,
 };

@@ -62,7 +62,7 @@ double distance(const shcd_model *model, shcd_vec3 point) {
 
 /* Force on a ball of 5 mm pressed 1 mm deep onto the end of the long axis, against 1 N/mm. */
 double press(const shcd_model *model) {
-    const shcd_parameter_value stiffness = {"k_n_per_m", 1000.0};
+    const shcd_parameter_value stiffness = SHCD_PARAMETER("k_n_per_m", 1000.0);
     const shcd_effect_def spring = {"stiffness", &stiffness, 1};
     shcd_body_def body = SHCD_BODY_DEF_INIT;
     body.name = "body";
@@ -93,8 +93,8 @@ double press(const shcd_model *model) {
         {{0.034, 0.0, 0.0}, {1.0, 0.0, 0.0, 0.0}}, {0.0, 0.0, 0.0}, SHCD_TOOL_INPUT_ACTIVE, 0,
         {0.0, 0.0, 0.0}, {0, 0}};
     shcd_tool_output felt;
-    const shcd_input input = {0.001, &pressed, 1};
-    shcd_output output = {&felt, 1};
+    const shcd_input input = SHCD_INPUT(0.001, &pressed, 1);
+    shcd_output output = SHCD_OUTPUT(&felt, 1);
     check(shcd_step(made, state, &input, &output), "shcd_step");
     return felt.wrench.force_n.x;
 }
