@@ -206,6 +206,22 @@ static uint64_t hash(uint64_t h, const void *bytes, size_t n) {
     return h;
 }
 
+/* The network of a body that calls for it: all numbers that its force depends on. */
+static uint64_t hash_learned(uint64_t h, const shcdi_body *body) {
+    const shcd_learned *l = shcd_model_learned(body->model);
+    for (size_t e = 0; e < body->n_effects; e++) {
+        if (l != NULL && body->effects[e].effect == &shcdi_effect_learned) {
+            const double scalars[] = {l->support_m, l->fill_m, l->depth_max_m, l->direct_n_per_m,
+                                      l->damping_n_s_per_m2};
+            const size_t n = l->n_centres;
+            h = hash(h, scalars, sizeof scalars);
+            h = hash(h, l->centre_m, 3 * n * sizeof(double));
+            h = hash(h, l->weight_n_per_m, (n + 1) * l->n_terms * sizeof(double));
+        }
+    }
+    return h;
+}
+
 static uint64_t hash_body(uint64_t h, const shcdi_body *body) {
     const int degree = shcd_model_degree(body->model);
     h = hash(h, body->name, sizeof body->name);
@@ -219,6 +235,7 @@ static uint64_t hash_body(uint64_t h, const shcdi_body *body) {
         h = hash(h, modes->eigenvalue_per_m2, n * sizeof(double));
         h = hash(h, modes->coefficient_per_m, n * SHCD_COUNT(degree) * sizeof(double));
     }
+    h = hash_learned(h, body);
     for (size_t e = 0; e < body->n_effects; e++) {
         const shcdi_active_effect *active = &body->effects[e];
         /* the terminating null ends the name, so that names cannot run into each other */
