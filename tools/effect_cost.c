@@ -106,9 +106,7 @@ static int compare(const void *a, const void *b) {
 static bool place(const shcd_model *model, double a, shcd_tool_input *tool) {
     const shcd_vec3 w = {cos(a), sin(a), 0.0};
     shcd_vec3 point, normal;
-    double jacobian;
-    if (shcd_model_surface(model, shcd_model_degree(model), w, &point, &normal, &jacobian) !=
-        SHCD_OK) {
+    if (shcd_model_surface(model, shcd_model_degree(model), w, &point, &normal, NULL) != SHCD_OK) {
         return false;
     }
     const shcd_vec3 before = tool->tool_in_world.position_m;

@@ -2,14 +2,16 @@
 # The clients that a user copies, and the demo, against the real daemon on a fitted body. They run
 # alone, since they look at rates; a sanitizer slows the loop down, so there any rate will do.
 set(rate_min 500)
-if(SHCD_SANITIZED)
+set(calm_min 0.8) # share of the ticks in which no limit acts
+if(SHCD_SANITIZED) # a stall of more than 20 ticks makes the daemon let go and start softly
     set(rate_min 0)
+    set(calm_min 0.1)
 endif()
 set(client_environment
     SHCD=$<TARGET_FILE:shcd_command> SHCD_FITTER=${SHCD_FITTER}
     SHCDD=$<TARGET_FILE:shcdd> PRESS=$<TARGET_FILE:shcd_press>
     PYTHON=${SHCD_PYTHON} SOURCE=${PROJECT_SOURCE_DIR} BUILD=${PROJECT_BINARY_DIR}
-    JAVA=${Java_JAVA_EXECUTABLE} PRESS_JAR=${SHCD_PRESS_JAR} RATE_MIN=${rate_min}
+    JAVA=${Java_JAVA_EXECUTABLE} PRESS_JAR=${SHCD_PRESS_JAR} RATE_MIN=${rate_min} CALM_MIN=${calm_min}
     SHCD_MESHES_OPTIONAL=$<BOOL:${SHCD_MESHES_OPTIONAL}>)
 
 add_test(NAME python_client

@@ -126,7 +126,7 @@ def table(options):
     # Where no limit acted the force is stiffness x penetration x (1 + 1.5 ratio u / v_ref), u the
     # depth's rate: at most the tool's own speed, whose peak is 15/8 of the mean of a leg.
     calm = [row for row in rows if int(row["flags"]) == CALM]
-    if len(calm) < 0.8 * len(touching):
+    if len(calm) < options.calm_min * len(touching):
         fail(f"a limit acted in {len(touching) - len(calm)} of {len(touching)} ticks of contact")
     share = 1.5 * options.ratio / options.reference_speed * 1.875 * options.speed + 1e-6
     for row in calm:
@@ -206,6 +206,7 @@ def main():
     c.add_argument("file")
     for name in ("stiffness", "ratio", "reference-speed", "speed", "slew"):
         c.add_argument("--" + name, type=float, required=True)
+    c.add_argument("--calm-min", type=float, default=0.8)
     c.set_defaults(run=table)
     c = commands.add_parser("held")
     c.add_argument("shcd")

@@ -7,7 +7,7 @@
 # with stiffness x penetration, computed from `shcd query` at the tool's place in the frame of the
 # body (the Python client does this by itself, too). `junk` besides sends messages that are no forces
 # on the channel of forces. ctest sets SHCD, SHCD_FITTER (the `shcd` that fits, maybe of another
-# build), SHCDD, PRESS, PRESS_JAR, JAVA, PYTHON (programs), SOURCE (root of the sources), RATE_MIN,
+# build), SHCDD, PRESS, PRESS_JAR, JAVA, PYTHON (programs), SOURCE (root of the sources), RATE_MIN, CALM_MIN,
 # SHCD_MESHES_OPTIONAL.
 set -eu
 
@@ -113,6 +113,6 @@ for client in "$@"; do
     esac
     $check report "$client.txt" --rate-min "$RATE_MIN"
     $check table "$client.csv" --stiffness $k --ratio 0.3 --reference-speed 0.1 --speed $speed \
-        --slew 500
+        --slew 500 --calm-min "$CALM_MIN"
     $check held "$SHCD" body.shcd $pose "$client.csv" --radius $radius --stiffness $k
 done

@@ -76,6 +76,7 @@ static void test_relief_gives_a_ball_no_torque(void **state) {
     (void)force_at(&f, shcd_vec3_make(0.03, 0.03, 0.034), &energy);
     assert_true(shcd_norm(f.out[0].wrench.torque_n_m) == 0.0);
     fixture_close(&f);
+    shcd_model_free(sphere);
 }
 
 /* The midpoint rule over a piece of length h errs by h^3/24 times the third derivative of
