@@ -42,6 +42,32 @@ for words in ("force on the tool [N]", "penetration [mm]", "time [s]"):
 assert (out / "press.png").read_bytes().startswith(b"\x89PNG\r\n\x1a\n")
 END
 
+# The soft organ: its plot, and its shape as a file, from the messages.
+$check report "$out/soft.txt" --rate-min "$RATE_MIN"
+sh "$SOURCE/tools/netns.sh" sh "$SOURCE/tools/with-shcdd.sh" "$BUILD/daemon/shcdd" \
+    "$out/soft.yaml" "$work/ply.txt" "$PYTHON" "$SOURCE/clients/python/deform_ply.py" --subdivide 2 \
+    --out "$work/body.ply"
+"$PYTHON" - "$out" "$work" <<'END'
+import pathlib
+import struct
+import sys
+import xml.etree.ElementTree
+
+out, work = (pathlib.Path(path) for path in sys.argv[1:])
+text = "".join(xml.etree.ElementTree.parse(out / "soft.svg").getroot().itertext())
+for words in ("force on the tool [N]", "penetration [mm]", "surface displacement [mm]",
+              "energy [mJ]"):
+    assert words in text, words
+head, body = (work / "body.ply").read_bytes().split(b"end_header\n")
+assert b"element vertex 162" in head and b"element face 320" in head, head
+assert len(body) == 162 * 16 + 320 * 13, len(body)
+vertices = [struct.unpack_from("<4f", body, 16 * i) for i in range(162)]
+spans = [max(v[k] for v in vertices) - min(v[k] for v in vertices) for k in range(3)]
+# of the mesh, 207 x 118 x 105 mm, between 162 vertices
+assert all(0.9 * size < span < 1.01 * size for size, span in zip((0.207, 0.118, 0.105), spans)), \
+    spans
+END
+
 # Interrupted while the daemon runs: it says so in its log as soon as it does.
 rm -f "$out/shcdd.txt"
 sh "$SOURCE/tools/demo.sh" --use "$BUILD" >"$work/interrupted.txt" 2>&1 &

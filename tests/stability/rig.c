@@ -18,14 +18,16 @@ static shcd_scene *make_scene(const rig_setup *setup) {
     if (setup->youngs_modulus_pa > 0.0) {
         effects[n++] = (shcd_effect_def){"wave", &e, 1};
     }
-    const shcd_body_def body =
-        fixture_body("body", setup->model, fixture_pose(0, 0, 0), effects, n);
+    const shcd_vec3 at = setup->other_at_m;
+    const shcd_body_def bodies[2] = {
+        fixture_body("body", setup->model, fixture_pose(0, 0, 0), effects, n),
+        fixture_body("other", setup->other, fixture_pose(at.x, at.y, at.z), effects, n)};
     const shcd_tool_def tool = fixture_tool("tool", setup->radius_m);
     shcd_scene_def def = SHCD_SCENE_DEF_INIT;
     shcd_scene *scene = NULL;
     shcd_error error = {SHCD_OK, ""};
-    def.bodies = &body;
-    def.n_bodies = 1;
+    def.bodies = bodies;
+    def.n_bodies = setup->other != NULL ? 2 : 1;
     def.tools = &tool;
     def.n_tools = 1;
     if (shcd_scene_create(&def, NULL, &scene, &error) != SHCD_OK) {
@@ -96,6 +98,9 @@ void rig_tick(rig *r, shcd_vec3 target_m) {
     r->now_ns += r->core.period_ns;
     send(r);
     (void)tick_run(&r->core, r->now_ns, 0, false, &r->record);
+    r->most_contacts = r->core.outputs[0].n_contacts > r->most_contacts
+                           ? r->core.outputs[0].n_contacts
+                           : r->most_contacts;
     r->n_guarded += (r->record.tools[0].flags & PASSIVITY_ACTED) != 0;
     r->force_n = r->record.tools[0].wrench.force_n;
     const shcd_vec3 before = r->hand.position_m;

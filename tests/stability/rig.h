@@ -16,6 +16,8 @@
 /** What of the daemon varies; a profile without caps is rig_open_loop. */
 typedef struct rig_setup {
     const shcd_model *model;
+    const shcd_model *other; /* a second body with the same effects; NULL: none */
+    shcd_vec3 other_at_m;
     double radius_m; /* of the sphere tool; 0: a point */
     double stiffness_n_per_m;
     double damping_ratio;     /* of the effect; 0: without */
@@ -44,8 +46,9 @@ typedef struct rig {
     shcd_vec3 force_n; /* held */
     double taken_j;    /* that the hand took out, net: work of the published force, true motion */
     double taken_most_j;
-    double excess_j;   /* largest of taken_j - dissipated by the device, over time */
-    int64_t n_guarded; /* ticks that the passivity controller changed */
+    double excess_j;        /* largest of taken_j - dissipated by the device, over time */
+    uint32_t most_contacts; /* of a tick */
+    int64_t n_guarded;      /* ticks that the passivity controller changed */
     void *memory;
 } rig;
 

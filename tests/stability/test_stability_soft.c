@@ -97,6 +97,46 @@ static void test_soft_loop_inside_the_region_comes_to_rest(void **state) {
     }
 }
 
+/* A tool in the valley between two soft bodies, pressed into both: springs beside each other add
+ * up, so the loop needs the damping of twice the stiffness. */
+static void test_loop_between_two_soft_bodies_comes_to_rest(void **state) {
+    (void)state;
+    check_random r = {23};
+    uint32_t most = 0;
+    for (size_t i = 0; i < 4 + check_scaled(16); i++) {
+        const double k = 10.0 * pow(2000.0, check_uniform(&r, 0.0, 1.0));
+        const double e_pa = 1e3 * pow(1e3, check_uniform(&r, 0.0, 1.0));
+        const double delay_s = 5e-5 * floor(check_uniform(&r, 0.0, 41.0));
+        const rig_setup setup = {
+            .model = bodies[0],
+            .other = bodies[0],
+            .other_at_m = {0.045, 0.0525, 0.0},
+            .radius_m = 0.003,
+            .stiffness_n_per_m = k,
+            .youngs_modulus_pa = e_pa,
+            .device = &rig_bare_device,
+            .reserve_j = HUGE_VAL,
+            .hand = {.mass_kg = 0.1,
+                     .damping_n_s_per_m = 1.05 * 2.0 * k * (0.5 * PERIOD_S + delay_s),
+                     .grip_n_per_m = 300.0,
+                     .grip_n_s_per_m = 0.2,
+                     .delay_s = delay_s,
+                     .rate_hz = 1.0 / PERIOD_S}};
+        const shcd_vec3 w = {1.0, 0.0, 0.0}, along = {0.0, 0.3, 1.0};
+        const session s = session_make((session_kind)(i % SESSION_KINDS), &setup, w, along,
+                                       fmin(2.0, 0.004 * rig_static_stiffness(&setup)));
+        const watch seen = session_run(&loop_rig, &setup, &s);
+        if (watch_is_oscillating(&seen, 0.0) || loop_rig.excess_j > 0.0) {
+            fail_msg("%zu: k %.6g N/m, E %.6g Pa, delay %.3g ms, session %d: excess %.3g J", i, k,
+                     e_pa, 1e3 * delay_s, (int)s.kind, loop_rig.excess_j);
+        }
+        most = loop_rig.most_contacts > most ? loop_rig.most_contacts : most;
+        rig_close(&loop_rig);
+    }
+    print_message("up to %u contacts at once\n", most);
+    assert_true(most >= 2);
+}
+
 /* Gristle at 1 MPa in series with 20 kN/m, and a tenth of the damping. */
 static void test_soft_loop_outside_the_region_oscillates(void **state) {
     (void)state;
@@ -110,6 +150,7 @@ static void test_soft_loop_outside_the_region_oscillates(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_soft_loop_inside_the_region_comes_to_rest),
+        cmocka_unit_test(test_loop_between_two_soft_bodies_comes_to_rest),
         cmocka_unit_test(test_soft_loop_outside_the_region_oscillates),
     };
     return cmocka_run_group_tests(tests, make_bodies, free_bodies);
