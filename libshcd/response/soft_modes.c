@@ -138,8 +138,10 @@ void shcdi_soft_evolve(const shcdi_soft *soft, unsigned char *memory, shcdi_soft
     }
     if (p.head->is_moving || was_moving) {
         shcdi_soft_coefficients(soft, memory, gain.shown, p.coefficients);
-        const shcd_status status =
-            shcd_shape_set(soft->model, p.shape, p.coefficients, SHCD_FOLLOW_PROGRESSIVE);
+        /* every other tick: a contact is followed on the surface itself, and a search near it bears
+         * twice the staleness better than a tick bears the refresh */
+        const int follow = p.shape->n_sets % 2 == 0 ? SHCD_FOLLOW_PROGRESSIVE : SHCD_FOLLOW_INFLATE;
+        const shcd_status status = shcd_shape_set(soft->model, p.shape, p.coefficients, follow);
         (void)status; /* only a number beyond all bounds is refused; then the last shape stays */
     }
 }
