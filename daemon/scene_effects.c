@@ -122,16 +122,30 @@ static bool check_viscosity(const yaml_tree *tree, const yaml_node *effect,
                                                                 value_of(info, def, name).value);
 }
 
-/* By its default thickness a membrane is as stiff under its patch as the half-space, 2 E* a. An
- * elastic law is in series with it, and has been held against the device by itself. */
+/* Stiffness of the membrane under its patch [N/m]. By its default thickness it is the half-space's,
+ * 2 E* a. By one of its own it is 4 pi G h/(e^x E1(x)), x = (a/(2 l))^2, and e^x E1(x) > ln(1 +
+ * 2/x)/2 (Abramowitz and Stegun, 5.1.20) makes that at most 8 pi G h/ln(1 + 2/x). Anchors that
+ * replace the foundation, l = 0, count as none: the bound is 0. */
+static double wave_stiffness(const shcd_effect_info *info, const shcd_effect_def *def) {
+    const double nu = value_of(info, def, "poisson_ratio").value;
+    const double young_pa = value_of(info, def, "youngs_modulus_pa").value;
+    const double patch_m = value_of(info, def, "patch_radius_m").value;
+    const double thickness_m = value_of(info, def, "thickness_m").value;
+    const double reach = 2.0 * value_of(info, def, "support_length_m").value / patch_m;
+    if (thickness_m == 0.0) {
+        return 2.0 * young_pa / (1.0 - nu * nu) * patch_m;
+    }
+    return reach > 0.0
+               ? 8.0 * PI * young_pa / (2.0 * (1.0 + nu)) * thickness_m / log1p(2.0 * reach * reach)
+               : 0.0;
+}
+
+/* An elastic law is in series with the membrane, and has been held against the device by itself. */
 static bool check_wave(const yaml_tree *tree, const yaml_node *effect, const shcd_effect_info *info,
                        const yaml_field *fields, const shcd_effect_def *def,
                        const scene_device *device, const scene_law *law) {
-    const double nu = value_of(info, def, "poisson_ratio").value;
-    const double modulus_pa = value_of(info, def, "youngs_modulus_pa").value / (1.0 - nu * nu);
-    const double k = 2.0 * modulus_pa * value_of(info, def, "patch_radius_m").value;
-    if (law->node != NULL || value_of(info, def, "thickness_m").value > 0.0 ||
-        k <= device->stiffness_limit_n_per_m) {
+    const double k = wave_stiffness(info, def);
+    if (law->node != NULL || k <= device->stiffness_limit_n_per_m) {
         return true;
     }
     return yaml_fail(tree, place_of(info, fields, "youngs_modulus_pa", effect),

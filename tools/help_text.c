@@ -300,7 +300,8 @@ const command_help help_commands[] = {
      "list the effects that a scene may call for, and what they cost",
      effects_text,
      {{"body", OPTION_BODY, "BODY.shcd",
-       "measure on this body; without it, on an ellipsoid of degree 15, which carries neither modes "
+       "measure on this body; without it, on an ellipsoid of degree 15, which carries neither "
+       "modes "
        "nor a learned response"},
       {"markdown", OPTION_MARKDOWN, NULL, "tables in Markdown, as in docs/effects.md"}}},
     {NULL, NULL, NULL, NULL, {{NULL, 0, NULL, NULL}}}};
