@@ -145,17 +145,20 @@ static void move(const double a[3], const double b[3], double time_s) {
     }
 }
 
-/* Rests at a point until the daemon has answered, then says where to be to press below it. */
+/* Rests at a point until the daemon has answered, then says where to be to press below it. Answers
+ * without a body come from a daemon that takes the pose for stale, as after a stall. */
 static void ask(const double point[3], double pressed[3]) {
     const int64_t asked = seq, give_up_ns = now_ns() + 10000000000;
-    while (last.tool_seq <= asked) {
+    while (last.tool_seq <= asked || last.body_id < 0) {
         if (now_ns() > give_up_ns) {
-            die(1, "no answer in 10 s: does shcdd run here, with this tool in its scene?", "");
+            die(1,
+                "no answer in 10 s: does shcdd run here, with this tool and a body in its scene?",
+                "");
         }
         tick(point, (const double[3]){0});
     }
-    if (last.body_id < 0 || last.penetration > 0.0) {
-        die(1, "no body, or the path does not begin and end outside it", "");
+    if (last.penetration > 0.0) {
+        die(1, "the path does not begin and end outside the body", "");
     }
     for (int i = 0; i < 3; i++) {
         pressed[i] = last.proxy[i] + (radius - depth) * last.normal[i];

@@ -129,17 +129,21 @@ public final class Press implements LCMSubscriber {
         }
     }
 
-    /** Rests at a point until the daemon has answered, then says where to be to press below it. */
+    /**
+     * Rests at a point until the daemon has answered, then says where to be to press below it.
+     * Answers without a body come from a daemon that takes the pose for stale.
+     */
     private double[] ask(double[] point) throws InterruptedException {
         final long asked = seq, giveUpNs = System.nanoTime() + 10_000_000_000L;
-        while (answers.isEmpty() || last().tool_seq <= asked) {
+        while (answers.isEmpty() || last().tool_seq <= asked || last().body_id < 0) {
             if (System.nanoTime() > giveUpNs) {
-                die(1, "no answer in 10 s: does shcdd run here, with this tool in its scene?");
+                die(1, "no answer in 10 s: does shcdd run here, with this tool and a body in its "
+                    + "scene?");
             }
             tick(point, new double[3]);
         }
-        if (last().body_id < 0 || last().penetration > 0.0) {
-            die(1, "no body, or the path does not begin and end outside it");
+        if (last().penetration > 0.0) {
+            die(1, "the path does not begin and end outside the body");
         }
         return sum(last().proxy, radius[0] - depth[0], last().normal);
     }

@@ -148,17 +148,18 @@ class Client:
 
     def ask(self, point, offset):
         """Rests at a point until the daemon has answered; the place `offset` outside the surface
-        below it."""
+        below it. Answers without a body come from a daemon that takes the pose for stale."""
         asked = self.seq
         give_up_ns = time.monotonic_ns() + 10**10
-        while not self.answers or self.answers[-1][0].tool_seq <= asked:
+        while (not self.answers or self.answers[-1][0].tool_seq <= asked
+               or self.answers[-1][0].body_id < 0):
             if time.monotonic_ns() > give_up_ns:
-                sys.exit("press.py: no answer in 10 s: does shcdd run here, with this tool in its "
-                         "scene?")
+                sys.exit("press.py: no answer in 10 s: does shcdd run here, with this tool and a "
+                         "body in its scene?")
             self.tick(point, [0.0, 0.0, 0.0])
         m = self.answers[-1][0]
-        if m.body_id < 0 or m.penetration > 0.0:
-            sys.exit("press.py: no body, or the path does not begin and end outside it")
+        if m.penetration > 0.0:
+            sys.exit("press.py: the path does not begin and end outside the body")
         return [x + offset * n for x, n in zip(m.proxy, m.normal)]
 
 

@@ -305,7 +305,10 @@ static void test_stalled_daemon_skips_ramps_down_and_recovers(void **state) {
     assert_true(peer_next_status(&p));
     assert_true(p.status.missed_ticks - before.missed_ticks >= 90);
     assert_true(p.status.missed_events > before.missed_events);
-    assert_int_equal(p.status.self_overruns, before.self_overruns);
+    /* the stop is nobody's CPU time: of the missed events it is the one without an overrun (there
+     * may be overruns, for what a host takes within a tick looks like the tick's own time) */
+    assert_true(p.status.self_overruns - before.self_overruns <
+                p.status.missed_events - before.missed_events);
 }
 
 static int64_t sum(const int64_t *values, int n) {

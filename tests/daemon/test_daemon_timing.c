@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Time, as far as a shared machine lets one judge it: `netns.sh test_daemon_timing SHCDD`.
  *
- * A virtual machine stalls for milliseconds whatever runs on it. So the CPU time of a tick is
- * checked outright, but missed ticks only against a bare loop that does nothing, with the same
- * rights, before and after the daemon on the same machine. */
+ * A virtual machine stalls for milliseconds whatever runs on it, and what its host takes within a
+ * tick counts as that tick's CPU time. So of CPU time the 99th percentile is checked outright, and
+ * missed ticks, to which every tick that overran the period leads, only against a bare loop that
+ * does nothing, with the same rights, before and after the daemon on the same machine. */
 #include "daemon_peer.h"
 #include "loop.h"
 
@@ -94,12 +95,11 @@ static void test_loop_keeps_time_as_well_as_a_bare_loop(void **state) {
         const int64_t events = last.missed_events - first.missed_events;
 
         print_message("missed events: daemon %lld in %lld ticks, bare loop %lld + %lld in %d each; "
-                      "wake p50 %.0f us, compute p50 %.1f p99 %.1f us\n",
+                      "wake p50 %.0f us, compute p50 %.1f p99 %.1f us, %lld overruns\n",
                       (long long)events, (long long)(last.tick - first.tick), (long long)before,
                       (long long)after, REFERENCE_TICKS, last.wake_p50_us, last.compute_p50_us,
-                      last.compute_p99_us);
+                      last.compute_p99_us, (long long)last.self_overruns);
         assert_true(last.compute_p99_us <= COMPUTE_BUDGET_US);
-        assert_int_equal(last.self_overruns, 0);
         assert_true(last.wake_p50_us < 500.0);
         if (events <= 3 * (before + after) + 20) {
             return;
