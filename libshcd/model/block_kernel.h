@@ -21,20 +21,6 @@
 #define UNIT_LEAST 256.0f
 
 typedef int16_t vs __attribute__((vector_size(2 * LANES)));
-typedef float four __attribute__((vector_size(16)));
-typedef int32_t whole4 __attribute__((vector_size(16)));
-
-INLINE float most(vf a) {
-    four part[LANES / 4];
-    memcpy(part, &a, sizeof a);
-    for (int i = 1; i < LANES / 4; i++) {
-        const whole4 mask = part[i] > part[0];
-        part[0] = (four)((mask & (whole4)part[i]) | (~mask & (whole4)part[0]));
-    }
-    const float x = part[0][0] > part[0][1] ? part[0][0] : part[0][1];
-    const float y = part[0][2] > part[0][3] ? part[0][2] : part[0][3];
-    return x > y ? x : y;
-}
 
 INLINE vf size_of(vf a) {
     const vi rest = {0};

@@ -26,6 +26,7 @@
 typedef float vf __attribute__((vector_size(4 * LANES)));
 typedef int32_t vi __attribute__((vector_size(4 * LANES)));
 typedef uint32_t vu __attribute__((vector_size(4 * LANES)));
+typedef uint16_t vh __attribute__((vector_size(2 * LANES)));
 
 #define INLINE static inline __attribute__((always_inline))
 #define NOISE 0x1p-20f
@@ -58,6 +59,26 @@ INLINE vf root(vf a) {
     }
     return a;
 #endif
+}
+
+typedef float four __attribute__((vector_size(16)));
+typedef int32_t whole4 __attribute__((vector_size(16)));
+
+/* The largest and the smallest of a vector's numbers. */
+INLINE float most(vf a) {
+    four part[LANES / 4];
+    memcpy(part, &a, sizeof a);
+    for (int i = 1; i < LANES / 4; i++) {
+        const whole4 mask = part[i] > part[0];
+        part[0] = (four)((mask & (whole4)part[i]) | (~mask & (whole4)part[0]));
+    }
+    const float x = part[0][0] > part[0][1] ? part[0][0] : part[0][1];
+    const float y = part[0][2] > part[0][3] ? part[0][2] : part[0][3];
+    return x > y ? x : y;
+}
+
+INLINE float fewest(vf a) {
+    return -most(-a);
 }
 
 INLINE vf load(const float *from) {
@@ -149,6 +170,9 @@ void NAMED(shcdi_scan_leaves_, SCAN_PATH)(const shcdi_block *block,
     const float size = fabsf(p[0]) + fabsf(p[1]) + fabsf(p[2]);
     const float at[3] = {p[0] - block->centre[0], p[1] - block->centre[1], p[2] - block->centre[2]};
     const float extra = growth + SHCDI_GRID_ERROR * block->unit;
+    /* no corner is farther: 32768 sqrt(3) units from the centre at most */
+    const float reach = fabsf(at[0]) + fabsf(at[1]) + fabsf(at[2]) + 56756.0f * block->unit;
+    const float noise = NOISE * (size + reach);
     corners c;
     fill_corners(block, &c);
     for (int i = 0; i < SHCDI_BLOCK_LEAVES; i += LANES) {
@@ -168,15 +192,12 @@ void NAMED(shcdi_scan_leaves_, SCAN_PATH)(const shcdi_block *block,
         const vf s1 = dot(cross(e2, q0), n), s2 = dot(cross(e0, q0), n);
         const vi inside = (s1 > zero) & (s2 > zero) & (s1 + s2 < nn);
         const vf h = dot(q0, n);
-        const vf distance = root(select_where(inside, h * h / (nn + 1e-37f), edges));
-        const vf reach = root(dot(q0, q0));
-        const vf slip = TILT * reach * ee / (root(nn) + 1e-37f);
-        const vf noise = NOISE * (size + reach);
-        vf thick;
-        for (int k = 0; k < LANES; k++) {
-            thick[k] = shcdi_from_half(bounds->deviation[i + k]);
-        }
-        thick = thick + extra;
+        const vf per = 1.0f / (nn + 1e-37f);
+        const vf distance = root(select_where(inside, h * h * per, edges));
+        const vf slip = (TILT * reach) * root(ee * ee * per);
+        vh half;
+        memcpy(&half, bounds->deviation + i, sizeof half);
+        const vf thick = (vf)(__builtin_convertvector(half, vu) << 16) + extra;
         const vf low = distance - thick - noise;
         /* without area there is no plane, and its slip says nothing */
         store(lower + i, select_where(nn <= zero + 1e-36f, low, low - slip));
@@ -187,12 +208,8 @@ void NAMED(shcdi_scan_leaves_, SCAN_PATH)(const shcdi_block *block,
         low = smaller(low, load(lower + i));
         high = smaller(high, load(upper + i));
     }
-    least[0] = low[0];
-    least[1] = high[0];
-    for (int k = 1; k < LANES; k++) {
-        least[0] = low[k] < least[0] ? low[k] : least[0];
-        least[1] = high[k] < least[1] ? high[k] : least[1];
-    }
+    least[0] = fewest(low);
+    least[1] = fewest(high);
 }
 
 /* ---- lists of values ---- */
@@ -218,10 +235,7 @@ size_t NAMED(shcdi_scan_least_, SCAN_PATH)(const float *value, size_t n) {
     for (size_t i = LANES; i < n; i += LANES) {
         least = smaller(load(value + i), least);
     }
-    float smallest = least[0];
-    for (int k = 1; k < LANES; k++) {
-        smallest = least[k] < smallest ? least[k] : smallest;
-    }
+    const float smallest = fewest(least);
     const vf zero = {0.0f};
     for (size_t i = 0; i < n; i += LANES) {
         if (any(load(value + i) <= zero + smallest)) {

@@ -1,57 +1,50 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Certificates that last from one query to the next.
  *
- * A search proved LB <= min |S0 - p0| outside a cap W about its foot, S0 and p0 the surface and the
- * point then. For a point p at distance a = |p - p0| and a surface within b of S0 (b = B_0,
- * growth.c, summed over the changes since), |S - p| >= LB - a - b outside W. Inside W a Newton step
- * or two lead from the last foot to a foot w of S and p; W lies within rho + angle(w0, w) of it,
- * rho W's radius, and the way from w to any point of W stays in W, since caps are convex. So if the
- * ball about w (refine.c, with the derivatives' bounds that hold in W and with f'' evaluated *here
- * and now*) reaches that far, f is known from below in all of W, and both together are a lower
- * bound of the distance.
+ * A search measured how far its point p0 may move, with the surface at rest, until a foot outside a
+ * cap W about its own foot S0 can be nearer than S0 (margin.c), and by what it is farther until
+ * then. A surface within b of the one then (b = B_0, growth.c, summed over the changes since) takes
+ * b off that. Inside W a Newton step or two lead from the last foot to a foot w of S and p; W lies
+ * within its radius + angle(w0, w) of it, and the way from w to any point of W stays in W, since
+ * caps are convex. So if the ball about w (ball.c, with the derivatives' bounds that hold in W
+ * and with f'' evaluated *here and now*) reaches that far, f is known from below in all of W, and
+ * both together are a lower bound of the distance.
  *
  * A margin between the foot and other feet would not do instead: where p passes a focal point the
  * foot's own basin splits, without any other foot coming near. Here the Hessian at w tells.
  *
- * A certificate costs up to MARGIN_EVALUATIONS beyond the search. Where it is used less than
- * USES_LEAST times before it breaks (a fast point, a place near the medial axis) the next searches
- * make none, twice as many each time this happens again; where that can be foreseen, none is made
- * at all.
- *
- * LB is made for margin: leaves outside W are settled as far as they are nearer than the foot plus
- * what the point is expected to move in the next calls. */
+ * A certificate costs a wider scan. Where it is used less than USES_LEAST times before it breaks (a
+ * fast point, a place near the medial axis) the next searches make none, twice as many each time
+ * this happens again; where that can be foreseen, none is made at all. */
 #include "query/internal.h"
 
+#include "query/margin.h"
 #include "query/patch.h"
 #include "query/shape.h"
 
 #include <string.h>
 
-/* Share of the largest cap that can be proven: what is left over lets the foot move. */
-#define CAP_SHARE 0.85
-/* Steps of the point that a certificate should last, in both directions. */
+/* Steps of the point that a certificate should last. */
 #define STEPS_AHEAD 16.0
 /* [of the diagonal] */
-#define MARGIN_LEAST 1e-3
-#define MARGIN_MOST 0.03
-#define MARGIN_LEVELS 1
-/* evaluations that a margin may cost */
-#define MARGIN_EVALUATIONS 24
-#define USES_LEAST 6
-#define LEVEL_MAX 6
+#define MARGIN_LEAST 5e-4
+#define MARGIN_MOST 0.015
+#define USES_LEAST 1
+#define LEVEL_MAX 3
 #define NEWTON_STEPS_MAX 8
 
 typedef struct lasting {
     /* of the search */
     shcd_vec3 w0, p0;
-    double cap;     /* radius of W [rad] */
-    double outside; /* LB [m] */
-    double path0;   /* the shape's B_0 summed up then */
+    double cap;   /* radius of W [rad] */
+    double rho;   /* margin [m] */
+    double path0; /* the shape's B_0 summed up then */
     /* of the last query: foot, tangent frame, derivatives */
     shcd_vec3 w, p, t1, s1, s2;
     double h11, h12, h22;
     double path;
-    double spare[4];
+    shcd_vec3 s0;  /* of the search */
+    double near;   /* no point outside W counts as nearer to s0 [m] */
     uint64_t leaf; /* + 1; 0: nothing known. Its bounds hold in W */
     int64_t sign;  /* of the last query, 0: not sure */
     uint64_t n_sets;
@@ -62,10 +55,6 @@ typedef struct lasting {
 } lasting;
 
 _Static_assert(sizeof(lasting) == sizeof(shcd_certificate), "one is copied into the other");
-
-static uint32_t least_of(uint32_t a, uint32_t b) {
-    return a < b ? a : b;
-}
 
 static void remember_foot(lasting *c, const shcdi_search *s, double path) {
     const shcdi_foot *foot = &s->best;
@@ -130,7 +119,13 @@ static int continue_from(lasting *c, const shcd_shape *shape, shcdi_search *s, d
     shcdi_leaf_bounds bounds;
     shcdi_foot foot;
     shcdi_ball_bound ball;
-    const double beyond = c->outside - shcd_norm(shcd_sub(s->p, c->p0)) -
+    const double moved = shcd_norm(shcd_sub(s->p, c->p0)) * (1.0 + 1e-15);
+    if (!(moved < c->rho)) {
+        return 0;
+    }
+    const shcdi_margin margin = {c->rho, c->near};
+    const double apart = shcd_norm(shcd_sub(s->p, c->s0));
+    const double beyond = apart + shcdi_margin_gap(margin, apart, moved) -
                           (path - c->path0) * (1.0 + 1e-15) - s->slack;
     shcdi_view_leaf_bounds(s->view, leaf, &bounds);
     shcdi_foot_at(s->view, s->p, predict(c, s->p), &foot);
@@ -166,31 +161,29 @@ static int continue_from(lasting *c, const shcd_shape *shape, shcdi_search *s, d
     return 1;
 }
 
-/* Lower bound of |S - p| outside the cap, worth up to `limit`. */
-static double bound_outside(shcdi_search *s, const shcdi_ball_bound *cap, double limit) {
-    const double upper = s->upper;
-    s->balls[0] = *cap;
-    s->balls[0].lower = HUGE_VAL;
-    s->n_balls = 1;
-    s->bounds_only = 1;
-    s->levels_max = MARGIN_LEVELS;
-    s->upper = limit + s->tolerance;
-    s->evaluations_max = least_of(s->evaluations_max, s->n_evaluations + MARGIN_EVALUATIONS);
-    shcdi_search_scan_to(s, limit);
-    s->lower = s->beyond_lower;
-    shcdi_survivors it;
-    size_t leaf;
-    double lower;
-    shcdi_survivors_begin(s, &it, limit);
-    while (shcdi_survivors_next(s, &it, &leaf, &lower)) {
-        if (lower >= limit || shcdi_search_in_ball(s, leaf, &lower)) {
-            shcdi_search_drop(s, lower);
-        } else {
-            shcdi_search_settle_leaf(s, leaf, lower);
-        }
+/* A certificate of the search that was just made, if it will last. */
+static void certify(lasting *c, shcdi_search *s, double step, size_t n_sets, double path) {
+    const shcdi_foot *foot = &s->evaluated;
+    const double diagonal = s->view->diagonal_m;
+    const double wanted =
+        shcdi_max(MARGIN_LEAST * diagonal, shcdi_min(STEPS_AHEAD * step, MARGIN_MOST * diagonal));
+    double cap;
+    if (!(s->best_room > 0.0 && foot->low > 0.0)) {
+        return;
     }
-    s->upper = upper;
-    return s->lower;
+    const shcdi_margin margin = shcdi_margin_outside(s, foot, &s->best_bounds, s->best_room, wanted,
+                                                     USES_LEAST * step, &cap);
+    if (margin.rho_m > 0.0) {
+        c->w0 = shcdi_flushed3(foot->w);
+        c->s0 = shcdi_flushed3(foot->jet.s);
+        c->p0 = s->p;
+        c->cap = cap;
+        c->rho = margin.rho_m;
+        c->near = margin.near_m;
+        c->path0 = path;
+        c->leaf = s->best_leaf + 1;
+        c->n_sets = n_sets;
+    }
 }
 
 static void search_anew(lasting *c, const shcdi_view *view, const shcd_shape *shape, shcd_vec3 p,
@@ -199,7 +192,6 @@ static void search_anew(lasting *c, const shcdi_view *view, const shcd_shape *sh
     const double step =
         shcd_dot(c->w, c->w) > 0.0 ? shcd_norm(shcd_sub(p, c->p)) : 0.0; /* else: first call */
     const double path = shape != NULL ? shape->path[0] : 0.0;
-    shcdi_ball_bound ball;
     uint16_t level = c->level, skip = c->skip;
     if (c->leaf != 0) {
         level = c->uses >= USES_LEAST ? 0 : (uint16_t)(level < LEVEL_MAX ? level + 1 : level);
@@ -219,34 +211,9 @@ static void search_anew(lasting *c, const shcdi_view *view, const shcd_shape *sh
     c->skip = skip;
     remember_foot(c, s, path);
     remember_sign(c, out);
-    /* after the result's last step the foot's derivatives are right to first order only: enough for
-     * choosing a cap, since each use proves anew what it needs */
-    double radius =
-        skip == 0 && (out->flags & (SHCD_PROXIMITY_TRUNCATED | SHCD_PROXIMITY_NOT_STATIONARY)) == 0
-            ? shcdi_ball_about(&s->best, &s->best_bounds, s->best_room, &ball)
-            : 0.0;
-    if (radius > 0.0) {
-        const double d = s->best.distance, cap = CAP_SHARE * radius;
-        const double chord = cap * (1.0 - cap * cap / 24.0) * (1.0 - 1e-14);
-        /* what the cap's own border allows */
-        const double border = sqrt(d * d + 0.25 * s->best.low * cap * cap) - d;
-        const double wanted =
-            shcdi_max(MARGIN_LEAST * view->diagonal_m,
-                      shcdi_min(2.0 * STEPS_AHEAD * step, MARGIN_MOST * view->diagonal_m));
-        const double margin = shcdi_min(wanted, border);
-        if (margin < USES_LEAST * step) {
-            radius = 0.0; /* it would break too soon */
-        }
-        if (radius > 0.0) {
-            ball.chord2 = chord * chord;
-            c->w0 = c->w;
-            c->p0 = p;
-            c->cap = cap;
-            c->path0 = path;
-            c->leaf = s->best_leaf + 1;
-            c->n_sets = shape != NULL ? shape->n_sets : 0;
-            c->outside = bound_outside(s, &ball, d + margin);
-        }
+    if (skip == 0 &&
+        (out->flags & (SHCD_PROXIMITY_TRUNCATED | SHCD_PROXIMITY_NOT_STATIONARY)) == 0) {
+        certify(c, s, step, shape != NULL ? shape->n_sets : 0, path);
     }
     out->n_evaluations = s->n_evaluations + before;
     out->n_patches = s->n_patches;

@@ -3,7 +3,7 @@
  *
  * f(w) = |S(w) - p|^2/2 on the sphere; U is the distance of the best foot known, tol the gap
  * allowed. The scan (search.c) leaves the leaves whose flat bound is below U - tol: the survivors.
- * Newton from the nearest one gives U and a ball over which f is known (refine.c); it holds most
+ * Newton from the nearest one gives U and a ball over which f is known (ball.c); it holds most
  * survivors, which lie around the foot. The exact tier settles the others one by one; the fast tier
  * runs Newton from a few of them and reports what it proved.
  *
@@ -79,9 +79,7 @@ static void settle_fast(shcdi_search *s) {
 }
 
 void shcdi_search_result(shcdi_search *s, double allowed, shcd_proximity *out) {
-    double unused[2];
-    if (shcdi_is_definite(&s->best) &&
-        shcdi_newton_step(&s->best, &unused[0], &unused[1]) <= s->best_room) {
+    if (s->best.is_definite && s->best.step <= s->best_room) {
         s->slack += shcdi_foot_finish(&s->best, s->p, s->best_bounds.m3);
     }
     const double distance = s->best.distance;
@@ -122,6 +120,7 @@ static void finish_exact(shcdi_search *s, double allowed, shcd_proximity *out) {
         shcdi_search_scan_to(s, s->upper - s->tolerance);
         settle_survivors(s);
     }
+    s->evaluated = s->best;
     shcdi_search_result(s, allowed, out);
 }
 

@@ -11,8 +11,7 @@
 #define STEP_MAX 0.3
 #define LINE_SEARCH_MAX 10
 
-/* All that follows from the jet. */
-static void fill_foot(shcd_vec3 p, shcdi_foot *foot) {
+static void fill_derivatives(shcd_vec3 p, shcdi_foot *foot) {
     const shcdi_jet *j = &foot->jet;
     foot->r = shcd_sub(j->s, p);
     foot->f = 0.5 * shcd_dot(foot->r, foot->r);
@@ -22,6 +21,9 @@ static void fill_foot(shcd_vec3 p, shcdi_foot *foot) {
     foot->h11 = shcd_dot(j->s1, j->s1) + shcd_dot(foot->r, j->s11);
     foot->h12 = shcd_dot(j->s1, j->s2) + shcd_dot(foot->r, j->s12);
     foot->h22 = shcd_dot(j->s2, j->s2) + shcd_dot(foot->r, j->s22);
+}
+
+static void fill_eigenvalues(shcdi_foot *foot) {
     const double mean = 0.5 * (foot->h11 + foot->h22);
     const double half = 0.5 * (foot->h11 - foot->h22);
     const double root = sqrt(half * half + foot->h12 * foot->h12);
@@ -35,13 +37,7 @@ static void fill_foot(shcd_vec3 p, shcdi_foot *foot) {
     foot->e2 = n > 0.0 ? b / n : 0.0;
 }
 
-void shcdi_foot_at(const shcdi_view *view, shcd_vec3 p, shcd_vec3 w, shcdi_foot *foot) {
-    foot->w = w;
-    shcdi_view_jet(view, w, &foot->jet);
-    fill_foot(p, foot);
-}
-
-double shcdi_newton_step(const shcdi_foot *foot, double *s1, double *s2) {
+static void fill_step(shcdi_foot *foot) {
     const shcdi_jet *j = &foot->jet;
     const double floor_value =
         SHCDI_EIGENVALUE_FLOOR * (shcd_dot(j->s1, j->s1) + shcd_dot(j->s2, j->s2)) + 1e-300;
@@ -49,9 +45,18 @@ double shcdi_newton_step(const shcdi_foot *foot, double *s1, double *s2) {
     const double low = shcdi_max(fabs(foot->low), floor_value);
     const double a = -(foot->g1 * foot->e1 + foot->g2 * foot->e2) / high;
     const double b = -(foot->g2 * foot->e1 - foot->g1 * foot->e2) / low;
-    *s1 = a * foot->e1 - b * foot->e2;
-    *s2 = a * foot->e2 + b * foot->e1;
-    return sqrt(a * a + b * b);
+    foot->step1 = a * foot->e1 - b * foot->e2;
+    foot->step2 = a * foot->e2 + b * foot->e1;
+    foot->step = sqrt(a * a + b * b);
+    foot->is_definite = foot->low > floor_value;
+}
+
+void shcdi_foot_at(const shcdi_view *view, shcd_vec3 p, shcd_vec3 w, shcdi_foot *foot) {
+    foot->w = w;
+    shcdi_view_jet(view, w, &foot->jet);
+    fill_derivatives(p, foot);
+    fill_eigenvalues(foot);
+    fill_step(foot);
 }
 
 static shcd_vec3 move(const shcdi_foot *foot, double s1, double s2) {
@@ -59,8 +64,7 @@ static shcd_vec3 move(const shcdi_foot *foot, double s1, double s2) {
 }
 
 double shcdi_foot_finish(shcdi_foot *foot, shcd_vec3 p, double m3) {
-    double s1, s2;
-    const double d = shcdi_newton_step(foot, &s1, &s2);
+    const double s1 = foot->step1, s2 = foot->step2, d = foot->step;
     shcdi_jet *j = &foot->jet;
     const shcd_vec3 change1 = shcd_mul_add(shcd_scale(s1, j->s11), s2, j->s12);
     const shcd_vec3 change2 = shcd_mul_add(shcd_scale(s1, j->s12), s2, j->s22);
@@ -72,11 +76,11 @@ double shcdi_foot_finish(shcdi_foot *foot, shcd_vec3 p, double m3) {
     /* move() turns by the arctangent of what it is given: this makes it d, up to d^5 */
     const double turn = 1.0 + d * d / 3.0;
     foot->w = move(foot, turn * s1, turn * s2);
-    fill_foot(p, foot);
+    fill_derivatives(p, foot);
     return m3 * d * d * d / 6.0;
 }
 
-/* Whether a step h, which lowers f by `gain`, is not worth an evaluation. Bound (2) of refine.c
+/* Whether a step h, which lowers f by `gain`, is not worth an evaluation. Bound (2) of ball.c
  * leaves 2 F h^3/3 in f, over d in the distance, d the distance that is left after the step, and
  * finishing the foot errs by m3 h^3/6: together a quarter of the tolerance. Before that the foot
  * must be near enough for (2) to reach to where (1) takes over. */
@@ -86,7 +90,7 @@ static int is_enough(const shcdi_leaf_bounds *b, const shcdi_foot *foot, double 
     const double d = shcdi_max(left > 0.0 ? sqrt(left) : 0.0, tolerance);
     const double third = 3.0 * b->product + (foot->distance + b->m1 * b->reach) * b->m3;
     const double g = sqrt(foot->g1 * foot->g1 + foot->g2 * foot->g2);
-    return shcdi_is_definite(foot) &&
+    return foot->is_definite &&
            third * (h + g / (SHCDI_BALL_SHARE * foot->low)) <= 0.7 * foot->low &&
            (third * (2.0 / 3.0) / d + b->m3 / 6.0) * h * h * h <= 0.25 * tolerance;
 }
@@ -99,8 +103,7 @@ int shcdi_newton(const shcdi_view *view, shcd_vec3 p, int steps_max,
     const double m1 = view->model->m[0] + view->growth[1];
     const double still = 1e-15 + 0.5 * error / (m1 > 0.0 ? m1 : 1.0);
     for (int step = 0; step < steps_max; step++) {
-        double s1, s2;
-        const double length = shcdi_newton_step(foot, &s1, &s2);
+        const double s1 = foot->step1, s2 = foot->step2, length = foot->step;
         if (!(length > still) ||
             (bounds != NULL &&
              is_enough(bounds, foot, tolerance, length, -0.5 * (foot->g1 * s1 + foot->g2 * s2)))) {
@@ -144,11 +147,14 @@ static double parabola_lower(double g, double h, double radius) {
     return -a * radius + 0.5 * h * radius * radius;
 }
 
-double shcdi_foot_lower(const shcdi_foot *foot, double radius, double third) {
+double shcdi_foot_lower(const shcdi_foot *foot, double radius, double loss) {
     /* Taylor along the great circle to any point of the cap; the disc |s| <= radius lies in the
-     * square of the eigenvectors, over which the quadratic form separates */
+     * square of the eigenvectors, over which the quadratic form separates. Where the gradient is
+     * askew to them, |g| and the lowest eigenvalue say more. */
     const double gh = foot->g1 * foot->e1 + foot->g2 * foot->e2;
     const double gl = foot->g2 * foot->e1 - foot->g1 * foot->e2;
-    return foot->f + parabola_lower(gh, foot->high, radius) +
-           parabola_lower(gl, foot->low, radius) - third * radius * radius * radius / 6.0;
+    const double square =
+        parabola_lower(gh, foot->high, radius) + parabola_lower(gl, foot->low, radius);
+    const double disc = parabola_lower(sqrt(gh * gh + gl * gl), foot->low, radius);
+    return foot->f + shcdi_max(square, disc) - loss;
 }

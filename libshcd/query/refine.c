@@ -1,35 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Feet, the balls around them, and bounds below the leaves. f(w) = |S(w) - p|^2/2; s is the angle
- * along a great circle from an evaluated w0 with gradient g, Hessian H, r = S - p, |r| = d.
+/* Feet, and bounds below the leaves. f(w) = |S(w) - p|^2/2; s is the angle along a great circle
+ * from an evaluated w0 with gradient g, Hessian H, r = S - p.
  *
- * Ball. Lower bounds k - F s of f''(s) along every great circle from w0 are
- *
- *   A: the lowest eigenvalue of H, and 3 m12 + (d + m1 s) m3, a bound of |3 S'.S'' + r.S'''|,
- *      m12 that of |S'.S''|;
- *
- *   B: sigma^2 + the lowest eigenvalue of r.S'', and m1 m2 + d m3: |S'|^2 >= sigma^2, and r.S''
- *      changes by at most d m3 s through S'' and m1 s m2 through r;
- *
- *   C: sigma^2 - d m2, and m1 m2.
- *
- * A is right at the foot, B and C do not pay for the change of |S'|^2. The larger of A and X = B or
- * C changes over at t = (k_A - k_X)/(F_A - F_X); integrated twice, with e = max(0, s - t),
- *
- *   f(s) >= f0 - |g| s + c(s) s^2,  c(s) = k_A/2 - F_A s/6 + (F_A - F_X) e^3/(6 s^2).     (1)
- *
- * The bound of f'' falls with s, so c does, and where c >= k_A/20 at some s, f >= f0 - |g| s +
- * k_A s^2/20 at all smaller ones: at least f0 - 5 |g|^2/k_A, and at least f0 from s = 20 |g|/k_A
- * on.
- *
- * Near the foot the quadratic form itself is better than (1): with h = -H^-1 g the Newton step,
- * t = |s - h|, q(s) = f0 + g.h/2 + (s - h).H.(s - h)/2 and |s|^3 <= 4 |h|^3 + 4 t^3,
- *
- *   f >= q - F s^3/6 >= f0 + g.h/2 - 2 F |h|^3/3 + k t^2/2 - 2 F t^3/3                     (2)
- *
- * with A's k and F, where the last two terms are positive for t <= 3 k/(4 F). Both together hold f
- * from below over (1)'s ball if (2) reaches to where (1) has passed f0.
- *
- * Patch about its centre, of angle R: f >= f0 + min over the square of (g.s + s.H.s/2) - F R^3/6.
+ * Patch about its centre, of angle R: f >= f0 + min over the disc of (g.s + s.H.s/2) - (k/2 - c(R))
+ * R^2: what (1) of ball.c takes off k/2 s^2 along any great circle, which grows with s.
  */
 #include "query/patch.h"
 #include "query/search.h"
@@ -44,74 +18,6 @@ static int is_exhausted(shcdi_search *s) {
 }
 
 /* ---- balls ---- */
-
-static double third_bound(const shcdi_leaf_bounds *b, double distance, double angle) {
-    return 3.0 * b->product + (distance + b->m1 * angle) * b->m3;
-}
-
-/* Largest of a few radii up to `room` for which (1) holds with its share. */
-static double reach_of(double room, double k_a, double f_a, double k_x, double f_x) {
-    static const double trial[] = {1.0, 0.85, 0.72, 0.61, 0.52, 0.44, 0.37, 0.31, 0.26};
-    /* with A alone: k/2 - F s/6 = share k */
-    const double alone = (0.5 - SHCDI_BALL_SHARE) * 6.0 * k_a;
-    if (alone >= f_a * room) {
-        return room;
-    }
-    const double least = alone / f_a;
-    const double bend = f_a - f_x, turn = bend > 0.0 ? (k_a - k_x) / bend : room;
-    for (size_t i = 0; i < sizeof trial / sizeof trial[0] && trial[i] * room > least; i++) {
-        const double s = trial[i] * room, e = shcdi_max(0.0, s - shcdi_max(0.0, turn));
-        if (0.5 * k_a - f_a * s / 6.0 + bend * e * e * e / (6.0 * s * s) >=
-            SHCDI_BALL_SHARE * k_a) {
-            return s;
-        }
-    }
-    return least;
-}
-
-/* Radius of the ball: with A and the better of B and C; 0 if f is not convex at the foot. */
-static double radius_of(const shcdi_foot *foot, const shcdi_leaf_bounds *b, double room) {
-    const double a11 = shcd_dot(foot->r, foot->jet.s11), a12 = shcd_dot(foot->r, foot->jet.s12),
-                 a22 = shcd_dot(foot->r, foot->jet.s22);
-    const double half = 0.5 * (a11 - a22), d = foot->distance;
-    const double bend = 0.5 * (a11 + a22) - sqrt(half * half + a12 * a12);
-    const double least2 = b->sigma * b->sigma, third = third_bound(b, d, room);
-    if (!(foot->low > 0.0)) {
-        return 0.0;
-    }
-    const double with_b =
-        reach_of(room, foot->low, third, least2 + bend, b->m1 * b->m2 + d * b->m3);
-    const double with_c = reach_of(room, foot->low, third, least2 - d * b->m2, b->m1 * b->m2);
-    return shcdi_max(with_b, with_c) * (1.0 - 1e-12);
-}
-
-double shcdi_ball_about(const shcdi_foot *foot, const shcdi_leaf_bounds *bounds, double room,
-                        shcdi_ball_bound *ball) {
-    const double radius = room > 0.0 ? radius_of(foot, bounds, room) : 0.0;
-    if (!(radius > 0.0)) {
-        return 0.0;
-    }
-    const double g2 = foot->g1 * foot->g1 + foot->g2 * foot->g2, g = sqrt(g2);
-    double f = foot->f - g2 / (4.0 * SHCDI_BALL_SHARE * foot->low);
-    if (shcdi_is_definite(foot)) {
-        double h1, h2;
-        const double third = third_bound(bounds, foot->distance, room);
-        const double h = shcdi_newton_step(foot, &h1, &h2);
-        const double quadratic =
-            foot->f + 0.5 * (foot->g1 * h1 + foot->g2 * h2) - third * h * h * h * (2.0 / 3.0);
-        /* t <= 3 k/(4 F) covers s <= 3 k/(4 F) - h */
-        const double passed = g / (SHCDI_BALL_SHARE * foot->low);
-        if (0.75 * foot->low >= third * (h + shcdi_min(radius, passed))) {
-            f = shcdi_max(f, quadratic);
-        }
-    }
-    ball->w = foot->w;
-    /* chord of an angle a: 2 sin(a/2) >= a (1 - a^2/24) */
-    const double chord = radius * (1.0 - radius * radius / 24.0) * (1.0 - 1e-14);
-    ball->chord2 = chord * chord;
-    ball->lower = sqrt(shcdi_max(0.0, 2.0 * f));
-    return radius;
-}
 
 double shcdi_room(const shcdi_view *view, size_t leaf, shcd_vec3 w, double reach) {
     shcd_vec3 c = {0.0, 0.0, 0.0};
@@ -161,11 +67,8 @@ static int run_newton(shcdi_search *s, const shcdi_leaf_bounds *bounds, shcdi_fo
 /* What finishing the foot will make of its distance: of two feet in one basin the better one is not
  * always the nearer one before that. */
 static double expected_distance(const shcdi_foot *foot) {
-    double h1, h2, gain = 0.0;
-    if (shcdi_is_definite(foot)) {
-        (void)shcdi_newton_step(foot, &h1, &h2);
-        gain = -(foot->g1 * h1 + foot->g2 * h2);
-    }
+    const double gain =
+        foot->is_definite ? -(foot->g1 * foot->step1 + foot->g2 * foot->step2) : 0.0;
     return sqrt(shcdi_max(0.0, 2.0 * foot->f - gain));
 }
 
@@ -225,8 +128,10 @@ static int examine(shcdi_search *s, size_t leaf, const shcdi_leaf_bounds *bounds
     shcdi_foot_at(s->view, s->p, shcdi_cap_of(w, &angle), &foot);
     s->n_evaluations++;
     s->n_patches++;
-    const double third = third_bound(bounds, foot.distance, angle);
-    const double f = shcdi_foot_lower(&foot, angle, third);
+    const double third = shcdi_third_bound(bounds, foot.distance, angle);
+    const shcdi_curve curve = shcdi_curve_of(&foot, bounds);
+    const double loss = angle * angle * (0.5 * curve.k - shcdi_curve_mean(&curve, angle));
+    const double f = shcdi_foot_lower(&foot, angle, loss);
     *lower = shcdi_max(*lower, f > 0.0 ? sqrt(2.0 * f) : 0.0);
     if (*lower >= s->upper - s->tolerance) {
         shcdi_search_drop(s, *lower);

@@ -2,7 +2,8 @@
 /* One certified search for the closest point: its state, and the steps that share it.
  *
  *   search.c  blocks and leaves: what a scan of flat bounds leaves over
- *   refine.c  feet, convexity balls, and bounds below the leaves
+ *   ball.c    what a foot says of its surroundings: convexity balls
+ *   refine.c  feet, and bounds below the leaves
  *   sign.c    inside or outside
  *   closest.c the fast and exact tiers made of these
  */
@@ -23,6 +24,15 @@ typedef struct shcdi_ball_bound {
     double chord2; /**< squared chord of its angle, rounded down */
     double lower;  /**< of the distance to S over it [m] */
 } shcdi_ball_bound;
+
+/** The cap of an angle about w, without a bound. */
+static inline void shcdi_ball_of(shcd_vec3 w, double angle, shcdi_ball_bound *ball) {
+    /* chord of an angle a: 2 sin(a/2) >= a (1 - a^2/24) */
+    const double chord = angle * (1.0 - angle * angle / 24.0) * (1.0 - 1e-14);
+    ball->w = w;
+    ball->chord2 = chord * chord;
+    ball->lower = 0.0;
+}
 
 typedef struct shcdi_search {
     const shcdi_view *view;
@@ -46,6 +56,7 @@ typedef struct shcdi_search {
     double expected; /**< of the best foot, once it is finished [m] */
     double lower;    /**< of everything that was settled so far [m] */
     shcdi_foot best;
+    shcdi_foot evaluated;          /**< it, before it was finished (full searches) */
     shcdi_leaf_bounds best_bounds; /**< hold around the best foot */
     double best_room;              /**< within this angle of it; 0: none */
     size_t best_leaf;              /**< whose bounds they are */
@@ -87,11 +98,24 @@ void shcdi_survivors_begin(shcdi_search *s, shcdi_survivors *it, double limit_m)
 /** 1, the leaf and its lower bound [m]; 0: none is left. */
 int shcdi_survivors_next(shcdi_search *s, shcdi_survivors *it, size_t *leaf, double *lower);
 
-/** Bounds of |S - p| over a cap around a foot that is nearly a local minimum (refine.c).
+/** Bounds of |S - p| over a cap around a foot that is nearly a local minimum (ball.c).
  *  @param[in] bounds  hold within `room` of the foot
  *  @return its angle, at most room, and the ball; 0 if none can be proven. */
 double shcdi_ball_about(const shcdi_foot *foot, const shcdi_leaf_bounds *bounds, double room,
                         shcdi_ball_bound *ball);
+/** Bound of |3 S'.S'' + r.S'''|, the third derivative of f along great circles, within an angle of
+ * a foot at that distance. */
+static inline double shcdi_third_bound(const shcdi_leaf_bounds *b, double distance, double angle) {
+    return 3.0 * b->product + (distance + b->m1 * angle) * b->m3;
+}
+/** Lower bound A of f'' along great circles from a foot (ball.c). */
+typedef struct shcdi_curve {
+    double k, first, growth; /**< k - first s - growth s^2/2, ... */
+    double until; /**< ... and more, since S'.S'' is at its bound from this angle on only */
+} shcdi_curve;
+shcdi_curve shcdi_curve_of(const shcdi_foot *foot, const shcdi_leaf_bounds *bounds);
+/** c(s), s > 0: f >= f0 - |g| s + c(s) s^2. */
+double shcdi_curve_mean(const shcdi_curve *curve, double s);
 /** How far around a foot the bounds of a leaf hold. */
 double shcdi_room(const shcdi_view *view, size_t leaf, shcd_vec3 w, double reach);
 /** Newton from a parameter; a minimum becomes the best foot or at least a ball. `leaf` holds or is

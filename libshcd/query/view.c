@@ -80,11 +80,17 @@ void shcdi_view_triangle(const shcdi_view *view, size_t leaf, shcd_vec3 x[3]) {
     }
 }
 
-void shcdi_view_leaf_at(const shcdi_view *view, size_t leaf, shcdi_view_leaf *out) {
+double shcdi_view_deviation(const shcdi_view *view, size_t leaf) {
     const shcdi_index *index = view->index;
     const size_t b = leaf / SHCDI_BLOCK_LEAVES, i = leaf % SHCDI_BLOCK_LEAVES;
-    const shcdi_block *block = &view->positions.block[b];
-    const double unit = (double)block->unit;
+    const double unit = (double)view->positions.block[b].unit;
+    return ((double)shcdi_from_half(index->bounds[b].deviation[i]) +
+            (double)SHCDI_GRID_ERROR * unit) /
+               index->scale +
+           shcdi_view_growth(view, b) + 4e-16 * (shcd_norm(index->origin) + 1.0 / index->scale);
+}
+
+void shcdi_view_leaf_at(const shcdi_view *view, size_t leaf, shcdi_view_leaf *out) {
     shcdi_leaf_bounds bounds;
     shcd_vec3 w[3];
     shcdi_view_triangle(view, leaf, out->x);
@@ -92,10 +98,7 @@ void shcdi_view_leaf_at(const shcdi_view *view, size_t leaf, shcdi_view_leaf *ou
         w[k] = shcdi_view_corner(view, leaf, k);
         out->w[k] = w[k];
     }
-    out->deviation_m =
-        ((double)shcdi_from_half(index->bounds[b].deviation[i]) + (double)SHCDI_GRID_ERROR * unit) /
-            index->scale +
-        shcdi_view_growth(view, b) + 4e-16 * (shcd_norm(index->origin) + 1.0 / index->scale);
+    out->deviation_m = shcdi_view_deviation(view, leaf);
     out->centre = shcdi_cap_of(w, &out->angle);
     shcdi_view_leaf_bounds(view, leaf, &bounds);
     out->m1 = bounds.m1;

@@ -69,6 +69,9 @@ double shcdi_view_block_ball(const shcdi_view *view, size_t block, shcd_vec3 *ce
 /** Leaf 16 block + k is leaf k of that block. RT safe. */
 void shcdi_view_leaf_at(const shcdi_view *view, size_t leaf, shcdi_view_leaf *out);
 
+/** |S(w) - its flat triangle| over a leaf [m]. RT safe. */
+double shcdi_view_deviation(const shcdi_view *view, size_t leaf);
+
 /** Corners of a leaf's flat triangle. RT safe. */
 void shcdi_view_triangle(const shcdi_view *view, size_t leaf, shcd_vec3 x[3]);
 

@@ -227,7 +227,8 @@ static void test_foot_lower_bounds_the_squared_distance_over_a_cap(void **state)
         shcdi_foot foot;
         shcdi_foot_at(&view, p, bodies_random_direction(&random), &foot);
         const double third = 3.0 * m->m[0] * m->m[1] + (foot.distance + m->m[0] * radius) * m->m[2];
-        const double lower = shcdi_foot_lower(&foot, radius, third);
+        const double loss = third * radius * radius * radius / 6.0;
+        const double lower = shcdi_foot_lower(&foot, radius, loss);
         double least = foot.f;
         for (int i = 0; i < 100; i++) {
             const double turn = check_uniform(&random, 0.0, 2.0 * BODIES_PI);
@@ -303,10 +304,9 @@ static void test_finished_foot_errs_by_no_more_than_it_says(void **state) {
         for (size_t i = 0; i < 100 + check_scaled(1000); i++) {
             const shcd_vec3 p = random_vector(&random, 1.5);
             shcdi_foot before, foot;
-            double s1, s2;
             foot_beside(&view, p, pow(10.0, check_uniform(&random, -8.0, -0.5)), &random, &foot);
-            const double d = shcdi_newton_step(&foot, &s1, &s2);
-            if (!shcdi_is_definite(&foot) || !(d > 0.0 && d < 1.0)) {
+            const double s1 = foot.step1, s2 = foot.step2, d = foot.step;
+            if (!foot.is_definite || !(d > 0.0 && d < 1.0)) {
                 continue;
             }
             before = foot;
