@@ -49,7 +49,8 @@ typedef struct shcd_proximity {
     shcd_vec3 normal;       /**< outward unit normal there */
     shcd_vec3 parameter;    /**< its parameter w, a unit vector */
     uint32_t flags;         /**< shcd_proximity_flag */
-    uint32_t n_evaluations; /**< evaluations of the surface, with or without derivatives */
+    uint32_t n_evaluations; /**< evaluations of the surface, with or without derivatives; a closed
+                                 form counts as one */
     uint32_t n_patches;     /**< lower bounds computed; 16 that are computed at once count as one */
     uint32_t n_newton;      /**< Newton steps */
 } shcd_proximity;
@@ -74,6 +75,9 @@ typedef struct shcd_query_options {
  *  model's tree (lower bound: distance to the flat leaf triangle minus its certified deviation;
  *  below the leaves a second-order Taylor bound about the patch centre), full Newton with clamped
  *  eigenvalues for the upper bound. The bounds are derived in libshcd/query/refine.c.
+ *
+ *  A body of degree 1 is an ellipsoid: both tiers are one root of a secular equation then, and the
+ *  interval is as wide as rounding, some 1e-14 of the size (libshcd/query/ellipsoid.c).
  *
  *  Newton's method stops where the interval meets the tolerance, and one more step is taken along
  *  the surface's Taylor expansion: the distance is right within the interval, the closest point and

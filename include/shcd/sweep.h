@@ -59,7 +59,9 @@ typedef struct shcd_sweep_result {
     double upper_m;
     shcd_pose tool_in_body; /**< at `time` */
     /** Where the gap was attained at the last query, which after CONTACT and OVERLAP_AT_START was
-     *  at `time`: of the tool, of the surface, outward unit normal, parameter w. */
+     *  at `time`: of the tool, of the surface, outward unit normal, parameter w. Of a convex tool
+     *  that is too far away to touch, merely a pair of points on the near sides; upper_m is its
+     *  distance. */
     shcd_vec3 tool_point_m;
     shcd_vec3 point_m;
     shcd_vec3 normal;

@@ -21,9 +21,15 @@ static inline double shcdi_recurrence_diagonal(int m) {
     return m == 1 ? sqrt(3.0) : sqrt((2.0 * m + 1.0) / (2.0 * m));
 }
 
-/** Normalises a direction of any finite length but zero. The largest component is scaled to 1
- * first, so that squares neither overflow nor vanish. RT safe. */
+/** Normalises a direction of any finite length but zero. Where squares
+ * could overflow or vanish, the largest component is scaled to 1 first. RT safe. */
 static inline shcd_status shcdi_direction(shcd_vec3 d, shcd_vec3 *w) {
+    const double dd = shcd_dot(d, d);
+    if (dd > 1e-200 && dd < 1e200) {
+        const double length = sqrt(dd);
+        *w = shcd_vec3_make(d.x / length, d.y / length, d.z / length);
+        return SHCD_OK;
+    }
     if (!shcd_vec3_is_finite(d)) {
         return SHCD_ERR_NOT_FINITE;
     }

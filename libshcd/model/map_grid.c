@@ -78,7 +78,8 @@ static void snap_to_node(int left, int whole[3], double part[3]) {
 
 static void locate_octahedral(int n, shcd_vec3 d, shcdi_stencil *at) {
     const double sum = fabs(d.x) + fabs(d.y) + fabs(d.z);
-    const double q[3] = {fabs(d.x) / sum * n, fabs(d.y) / sum * n, fabs(d.z) / sum * n};
+    const double scale = n / sum;
+    const double q[3] = {fabs(d.x) * scale, fabs(d.y) * scale, fabs(d.z) * scale};
     const double component[3] = {d.x, d.y, d.z};
     int whole[3], left = n;
     double part[3];
@@ -100,10 +101,7 @@ static void locate_octahedral(int n, shcd_vec3 d, shcdi_stencil *at) {
         }
         at->slot[i] = shcdi_lattice_cell(at->p[i], n);
     }
-    const double total = at->weight[0] + at->weight[1] + at->weight[2];
-    for (int i = 0; i < 3; i++) {
-        at->weight[i] /= total;
-    }
+    at->weight[2] = shcdi_max(0.0, 1.0 - (at->weight[0] + at->weight[1]));
     at->slot[3] = at->slot[0];
     at->weight[3] = 0.0;
     const size_t m = (size_t)n, i = (size_t)whole[0], j = (size_t)whole[1];

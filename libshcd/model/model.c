@@ -303,6 +303,9 @@ static shcd_status build_surface(shcd_model *model, const double *coefficients, 
         shcdi_pack(degree, model->coefficients, packed);
         model->series = (shcdi_series){degree, recurrence, packed, model->info.simd};
         model->evaluation_error_m = shcdi_evaluation_error(model->coefficients, degree);
+        if (degree == 1) {
+            shcdi_ellipsoid_make(model->coefficients, &model->ellipsoid);
+        }
         status = derive_bounds(model);
     }
     if (status != SHCD_OK) {

@@ -5,6 +5,7 @@
 
 #include "model/cost.h"
 #include "model/distance_map.h"
+#include "model/ellipsoid.h"
 #include "model/index.h"
 #include "model/learned.h"
 #include "model/modes.h"
@@ -23,6 +24,7 @@ struct shcd_model {
     shcdi_tree tree;   /**< while the model is made; empty (no leaves) afterwards */
     shcdi_index index; /**< what queries search */
     shcdi_map map;
+    shcdi_ellipsoid ellipsoid; /**< degree 1: the surface; else half axes of 0 */
     double m[3];               /**< suprema of |S'|, |S''|, |S'''| over the sphere */
     double evaluation_error_m; /**< bound of the rounding error of an evaluated S */
     double spread_m;           /**< smallest |S(a) - S(b)| / angle(a, b) of pairs of samples */

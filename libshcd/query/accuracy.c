@@ -65,37 +65,49 @@ static shcd_status check_request(const shcd_accuracy_request *given, shcd_accura
 
 /* ---- words ---- */
 
-/* A figure with its unit. What is measured is raised by half a percent first, more than three
- * digits can lose: whoever asks for what is printed is not refused for the digits that were left
- * out. */
-static void print_quantity(char text[32], double value, int is_measured, const double *unit,
-                           const double *least, const char *const *name, size_t n) {
-    size_t u = 0;
-    while (u + 1 < n && value < least[u]) {
-        u++;
+/* Lengths of one message stand in one unit, that of the smallest, so that they compare at a glance;
+ * times always in us, like the key of a scene. */
+typedef struct length_unit {
+    double metres, least_m;
+    const char *name;
+} length_unit;
+
+static const length_unit *unit_of(double smallest_m) {
+    static const length_unit units[] = {{1e-3, 1e-5, "mm"}, {1e-6, 1e-7, "um"}, {1e-9, 0.0, "nm"}};
+    const length_unit *unit = units;
+    while (unit->least_m > 0.0 && smallest_m < unit->least_m) {
+        unit++;
     }
+    return unit;
+}
+
+/* A measured figure is raised by half a percent first, more than three digits can lose: whoever
+ * asks for what is printed is not refused for the digits that were left out. No exponents. */
+static void print_figure(char text[32], double value, int is_measured) {
+    const double raised = 1.0051 * value;
     if (is_measured) {
-        (void)snprintf(text, 32, "%.3g %s", 1.0051 * value / unit[u], name[u]);
+        (void)snprintf(text, 32, raised < 999.5 ? "%.3g" : "%.0f", raised);
     } else {
-        (void)snprintf(text, 32, "%.6g %s", value / unit[u], name[u]);
+        (void)snprintf(text, 32, "%.6g", value);
     }
 }
 
+static double length_of(const candidate *c, const shcd_accuracy_request *asked) {
+    const int meets = asked->tolerance_m > 0.0 && c->error_m <= asked->tolerance_m;
+    return meets ? asked->tolerance_m : c->error_m;
+}
+
 static void print_pair(char text[160], const shcd_cost_row *rows, const candidate *c,
-                       const shcd_accuracy_request *asked) {
-    static const double metres[] = {1e-3, 1e-6, 1e-9}, metres_least[] = {1e-5, 1e-7, 0.0};
-    static const double micros[] = {1e3, 1.0, 1e-3}, micros_least[] = {1e3, 0.1, 0.0};
-    static const char *const lengths[] = {"mm", "um", "nm"}, *const times[] = {"ms", "us", "ns"};
+                       const shcd_accuracy_request *asked, const length_unit *unit) {
     static const char *const tiers[] = {"exact", "fast", "map", "track"};
     const int meets = asked->tolerance_m > 0.0 && c->error_m <= asked->tolerance_m;
     const int fits = asked->budget_us > 0.0 && c->time_us <= asked->budget_us;
     char length[32], time[32];
-    print_quantity(length, meets ? asked->tolerance_m : c->error_m, !meets, metres, metres_least,
-                   lengths, 3);
-    print_quantity(time, fits ? asked->budget_us : c->time_us, !fits, micros, micros_least, times,
-                   3);
+    print_figure(length, length_of(c, asked) / unit->metres, !meets);
+    print_figure(time, fits ? asked->budget_us : c->time_us, !fits);
     const int tier = rows[c->row].tier;
-    (void)snprintf(text, 160, "%s in %s (degree %d, %s)", length, time, (int)rows[c->row].degree,
+    (void)snprintf(text, 160, "%s %s in %s us (degree %d, %s)", length, unit->name, time,
+                   (int)rows[c->row].degree,
                    tier >= SHCD_TIER_EXACT && tier <= SHCD_TIER_TRACK ? tiers[tier] : "unknown");
 }
 
@@ -105,18 +117,26 @@ static shcd_status refuse(const shcd_cost_row *rows, const shcd_accuracy_request
     if (error == NULL) {
         return SHCD_ERR_UNSUPPORTED;
     }
-    print_pair(first, rows, meeting, asked);
-    print_pair(second, rows, fitting, asked);
+    const double asked_m = asked->tolerance_m, us = asked->budget_us;
+    double smallest_m = length_of(fitting, asked);
+    if (asked_m > 0.0) {
+        const double meeting_m = length_of(meeting, asked);
+        smallest_m = meeting_m < smallest_m ? meeting_m : smallest_m;
+        smallest_m = asked_m < smallest_m ? asked_m : smallest_m;
+    }
+    const length_unit *unit = unit_of(smallest_m);
+    print_pair(first, rows, meeting, asked, unit);
+    print_pair(second, rows, fitting, asked, unit);
     char wanted[96] = "";
-    const double mm = asked->tolerance_m * 1e3, us = asked->budget_us;
-    if (mm > 0.0 && us > 0.0) {
-        (void)snprintf(wanted, sizeof wanted, "%.6g mm in %.6g us", mm, us);
-    } else if (mm > 0.0) {
-        (void)snprintf(wanted, sizeof wanted, "%.6g mm", mm);
+    const double length = asked_m / unit->metres;
+    if (asked_m > 0.0 && us > 0.0) {
+        (void)snprintf(wanted, sizeof wanted, "%.6g %s in %.6g us", length, unit->name, us);
+    } else if (asked_m > 0.0) {
+        (void)snprintf(wanted, sizeof wanted, "%.6g %s", length, unit->name);
     } else {
         (void)snprintf(wanted, sizeof wanted, "an answer in %.6g us", us);
     }
-    if (meeting->row == fitting->row || !(mm > 0.0) || !(us > 0.0)) {
+    if (meeting->row == fitting->row || !(asked_m > 0.0) || !(us > 0.0)) {
         return shcdi_fail(error, SHCD_ERR_UNSUPPORTED, "%s is not feasible: nearest is %s", wanted,
                           us > 0.0 ? second : first);
     }

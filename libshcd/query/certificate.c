@@ -18,6 +18,7 @@
  * this happens again; where that can be foreseen, none is made at all. */
 #include "query/internal.h"
 
+#include "query/ellipsoid.h"
 #include "query/margin.h"
 #include "query/patch.h"
 #include "query/shape.h"
@@ -145,6 +146,7 @@ static int continue_from(lasting *c, const shcd_shape *shape, shcdi_search *s, d
     }
     s->best = foot;
     s->best_bounds = bounds;
+    s->best_leaf = leaf;
     s->best_room = reach;
     s->upper = foot.distance;
     s->lower = shcdi_min(ball.lower, beyond);
@@ -189,9 +191,9 @@ static void certify(lasting *c, shcdi_search *s, double step, size_t n_sets, dou
 static void search_anew(lasting *c, const shcdi_view *view, const shcd_shape *shape, shcd_vec3 p,
                         const shcd_query_options *options, shcdi_search *s, shcd_proximity *out) {
     const uint32_t before = s->n_evaluations, newton = s->n_newton;
-    const double step =
-        shcd_dot(c->w, c->w) > 0.0 ? shcd_norm(shcd_sub(p, c->p)) : 0.0; /* else: first call */
     const double path = shape != NULL ? shape->path[0] : 0.0;
+    /* on the first call nothing is known to move */
+    const double step = shcd_dot(c->w, c->w) > 0.0 ? moved_since(c, p, path) : 0.0;
     uint16_t level = c->level, skip = c->skip;
     if (c->leaf != 0) {
         level = c->uses >= USES_LEAST ? 0 : (uint16_t)(level < LEVEL_MAX ? level + 1 : level);
@@ -231,6 +233,11 @@ shcd_status shcd_closest_next(const shcd_model *model, const shcd_shape *shape, 
     if (!shcdi_is_point(point)) {
         return SHCD_ERR_NOT_FINITE;
     }
+    memset(out, 0, sizeof *out);
+    if (shcdi_ellipsoid_closest(model, shape, point, read.tolerance, out)) {
+        memset(certificate, 0, sizeof *certificate); /* nothing to be kept: no answer is cheaper */
+        return SHCD_OK;
+    }
     shcdi_view view;
     shcdi_search s;
     lasting c;
@@ -238,7 +245,6 @@ shcd_status shcd_closest_next(const shcd_model *model, const shcd_shape *shape, 
     if (!is_plausible(&c)) {
         memset(&c, 0, sizeof c);
     }
-    memset(out, 0, sizeof *out);
     shcdi_view_of(model, shape, &view);
     double allowed;
     shcdi_search_prepare(&s, &view, point, &read, &allowed);

@@ -14,92 +14,39 @@
  * equal half axes: all of them 0) the root may be s = 0, where q_2 is what |q| = 1 leaves over; the
  * closest point is not unique then, one of two or of a circle.
  *
- * Certificate: with any unit q and any t, r_i = h_i q_i - y_i and e_i = h_i r_i + t q_i, every
- * other unit q + delta has |r'|^2 - |r|^2 = sum_i [(s + d_i) delta_i^2 + 2 e_i delta_i], |delta_i|
- * <= 2, which is at least -sum_i min(e_i^2/(s + d_i), 4 |e_i|): the loss of stopping short is
- * known. */
+ * Certificate, whatever led to q and s >= 0: with r_i = h_i q_i - y_i, t = s - h_2^2 and e_i = h_i
+ * r_i + t q_i, every unit q + delta, |delta_i| <= 1 + |q|, has
+ *     |r'|^2 - |r|^2 = sum_i [h_i^2 delta_i^2 + 2 h_i r_i delta_i]
+ *                    = sum_i [(s + d_i) delta_i^2 + 2 e_i delta_i] - t (1 - |q|^2),
+ * which is at least -sum_i min(e_i^2/(s + d_i), 2 (1 + |q|) |e_i|) - |t| |1 - |q|^2|: the loss of
+ * stopping short is known.
+ *
+ * Its rounding, u = 2^-53. The numbers h, y, s, q are taken as they are; that h and y are rounded
+ * moves the ellipsoid and the point, see below. d_i is right within 3 u d_i, so s + d_i within 4 u
+ * of itself. e_i: h q and the difference, r, the product with h, take u (3 h_i^2 + 2 h_i y_i)
+ * together; t is right within u (|t| + h_2^2) and its product with q_i, so u (2 |t| + h_2^2) q_i;
+ * the sum once more. With q_i <= 1, h_2 <= h_i: below 8 u (h_i (h_i + y_i) + |t| q_i). |q| is 1
+ * within 4 u: three squares summed and a root, 2.5 u, and a division; or 1 - sum at a symmetry
+ * plane, 3 u. So |1 - |q|^2| <= 9 u. Products of these, and |delta_i| <= 2 + 4 u: a factor
+ * 1 + 32 u.
+ *
+ * Rounding of positions, [h_0 or |p - c|, as it is counted]: p - c takes 1, three dot products with
+ * the axes 3 sqrt(3), over h_0 1: 7.2 |p - c|. h_i over h_0: 1 h_0. r: 1 h_0 and 1 |r|, |r| <= h_0
+ * + |p - c|, its norm 3 |r|, times h_0 1. That |q| is not 1: 4 h_0. Together below 12 h_0 + 13 |p -
+ * c|, so that 16 u (h_0 + |p - c|) is enough; it is taken off before and after the loss is, since a
+ * root comes between. The axes themselves are right within their skew, which is the caller's.
+ *
+ * Inside or outside is told by sum_i (y_i/h_i)^2, which is calculated within 6 u of itself, not by
+ * the sign of t. */
 #include "query/ellipsoid.h"
 
 #define STEPS_MAX 128
-#define SWEEPS_MAX 16
-#define EPSILON 2.3e-16
+#define U 0x1p-53
 #define NOTHING 1e-150 /* of h_0^2: an h_i y_i below it counts as on the plane */
-
-/* ---- half axes ---- */
-
-/* One-sided Jacobi: turns columns a_i, a_k against each other until they are orthogonal. Works on
- * the columns themselves, not on their products, and so keeps short half axes to full relative
- * accuracy (Hestenes 1958). 1 if they were. */
-static int make_orthogonal(shcd_vec3 *a, shcd_vec3 *b, shcd_vec3 *va, shcd_vec3 *vb) {
-    const double aa = shcd_dot(*a, *a), bb = shcd_dot(*b, *b), ab = shcd_dot(*a, *b);
-    if (fabs(ab) <= EPSILON * sqrt(aa) * sqrt(bb)) {
-        return 1;
-    }
-    const double zeta = (bb - aa) / (2.0 * ab);
-    const double t = (zeta < 0.0 ? -1.0 : 1.0) / (fabs(zeta) + sqrt(1.0 + zeta * zeta));
-    const double c = 1.0 / sqrt(1.0 + t * t), s = c * t;
-    const shcd_vec3 a0 = *a, va0 = *va;
-    *a = shcd_sub(shcd_scale(c, a0), shcd_scale(s, *b));
-    *b = shcd_add(shcd_scale(s, a0), shcd_scale(c, *b));
-    *va = shcd_sub(shcd_scale(c, va0), shcd_scale(s, *vb));
-    *vb = shcd_add(shcd_scale(s, va0), shcd_scale(c, *vb));
-    return 0;
-}
-
-static void order_pair(shcdi_ellipsoid *e, int i, int k) {
-    if (e->half_m[i] < e->half_m[k]) {
-        const double h = e->half_m[i];
-        const shcd_vec3 axis = e->axis[i], turn = e->turn[i];
-        e->half_m[i] = e->half_m[k];
-        e->axis[i] = e->axis[k];
-        e->turn[i] = e->turn[k];
-        e->half_m[k] = h;
-        e->axis[k] = axis;
-        e->turn[k] = turn;
-    }
-}
-
-int shcdi_ellipsoid_of(const shcdi_view *view, shcdi_ellipsoid *e) {
-    if (view->model->degree != 1) {
-        return 0;
-    }
-    shcd_vec3 a[3];
-    for (int i = 0; i < 3; i++) {
-        e->turn[i] = shcd_vec3_make(i == 0, i == 1, i == 2);
-    }
-    const shcd_vec3 far = shcdi_view_point(view, shcd_scale(-1.0, e->turn[0]));
-    for (int i = 0; i < 3; i++) {
-        a[i] = shcdi_view_point(view, e->turn[i]);
-    }
-    e->centre_m = shcd_scale(0.5, shcd_add(a[0], far));
-    for (int i = 0; i < 3; i++) {
-        a[i] = shcd_sub(a[i], e->centre_m);
-    }
-    if (!(shcd_dot(a[0], shcd_cross(a[1], a[2])) > 0.0)) {
-        return 0;
-    }
-    for (int sweep = 0; sweep < SWEEPS_MAX; sweep++) {
-        int done = make_orthogonal(&a[0], &a[1], &e->turn[0], &e->turn[1]);
-        done &= make_orthogonal(&a[0], &a[2], &e->turn[0], &e->turn[2]);
-        done &= make_orthogonal(&a[1], &a[2], &e->turn[1], &e->turn[2]);
-        if (done) {
-            break;
-        }
-    }
-    for (int i = 0; i < 3; i++) {
-        e->half_m[i] = shcd_norm(a[i]);
-        e->axis[i] = shcd_unit(a[i]);
-    }
-    order_pair(e, 0, 1);
-    order_pair(e, 1, 2);
-    order_pair(e, 0, 1);
-    /* S is evaluated to its error, four times; each rotation adds a few roundings of the columns */
-    e->error_m =
-        4.0 * view->evaluation_error_m + 64.0 * EPSILON * (e->half_m[0] + shcd_norm(e->centre_m));
-    return e->half_m[2] > 0.0;
-}
-
-/* ---- the secular equation ---- */
+#define FAR 1e100      /* of h_0 */
+/* [of max(diagonal, distance)] what the closed form leaves open even of a needle; no search of
+ * rounded positions does better */
+#define OPEN_MAX 1e-12
 
 /* q at the largest root s, unit; returns s. h_i y_i = n_i, d ascending to d_2 = 0. */
 static double solve(const double n[3], const double d[3], double q[3], int *n_steps) {
@@ -129,7 +76,7 @@ static double solve(const double n[3], const double d[3], double q[3], int *n_st
         }
         const double length = sqrt(n2);
         const double next = s + (length - 1.0) * n2 / slope;
-        if (!(length > 1.0 + 2.0 * EPSILON) || !(next > s) || *n_steps == STEPS_MAX) {
+        if (!(length > 1.0 + 4.0 * U) || !(next > s) || *n_steps == STEPS_MAX) {
             for (int i = 0; i < 3; i++) {
                 q[i] /= length;
             }
@@ -140,65 +87,125 @@ static double solve(const double n[3], const double d[3], double q[3], int *n_st
     }
 }
 
+/* The point and the ellipsoid in the ellipsoid's frame, over h_0. */
+typedef struct scaled {
+    double h[3], y[3], sign[3], d[3];
+} scaled;
+
+static void scale_to(const shcdi_ellipsoid *e, shcd_vec3 off, scaled *at, double n[3]) {
+    const double unit = e->half_m[0];
+    for (int i = 0; i < 3; i++) {
+        const double c = shcd_dot(e->axis[i], off) / unit;
+        at->h[i] = e->half_m[i] / unit;
+        at->sign[i] = c < 0.0 ? -1.0 : 1.0;
+        at->y[i] = fabs(c);
+        n[i] = at->h[i] * at->y[i] > NOTHING ? at->h[i] * at->y[i] : 0.0;
+    }
+    for (int i = 0; i < 3; i++) {
+        at->d[i] = (at->h[i] - at->h[2]) * (at->h[i] + at->h[2]);
+    }
+}
+
+/* Squared distance that other points of the ellipsoid may be nearer than x(q) by, at most. */
+static double loss_of(const scaled *at, const double q[3], double s, double t) {
+    double loss = 9.0 * U * fabs(t);
+    for (int i = 0; i < 3; i++) {
+        const double h = at->h[i], y = at->y[i];
+        const double k = s + at->d[i];
+        const double residual =
+            fabs(h * (h * q[i] - y) + t * q[i]) + 8.0 * U * (h * (h + y) + fabs(t) * q[i]);
+        loss += residual < 4.0 * k ? residual * residual / k : 4.0 * residual;
+    }
+    return loss * (1.0 + 32.0 * U);
+}
+
+static int sign_of(const scaled *at) {
+    double level = 0.0;
+    for (int i = 0; i < 3; i++) {
+        const double a = at->y[i] / at->h[i];
+        level += a * a;
+    }
+    return level < 1.0 - 8.0 * U ? -1 : level > 1.0 + 8.0 * U ? 1 : 0;
+}
+
 void shcdi_ellipsoid_foot_at(const shcdi_ellipsoid *e, shcd_vec3 p, shcdi_ellipsoid_foot *foot) {
     const shcd_vec3 off = shcd_sub(p, e->centre_m);
     const double unit = e->half_m[0];
-    double h[3], y[3], sign[3], d[3], n[3], q[3];
-    for (int i = 0; i < 3; i++) {
-        const double c = shcd_dot(e->axis[i], off) / unit;
-        h[i] = e->half_m[i] / unit;
-        sign[i] = c < 0.0 ? -1.0 : 1.0;
-        y[i] = fabs(c);
-        n[i] = h[i] * y[i] > NOTHING ? h[i] * y[i] : 0.0;
-        d[i] = (h[i] - e->half_m[2] / unit) * (h[i] + e->half_m[2] / unit);
-    }
-    const double s = solve(n, d, q, &foot->n_steps), t = s - h[2] * h[2];
-    double r2 = 0.0, loss = 0.0;
+    double n[3], q[3];
+    scaled at;
+    scale_to(e, off, &at, n);
+    const double s = solve(n, at.d, q, &foot->n_steps), t = s - at.h[2] * at.h[2];
+    double r2 = 0.0;
     shcd_vec3 x = e->centre_m, normal = {0.0, 0.0, 0.0}, w = {0.0, 0.0, 0.0};
     for (int i = 0; i < 3; i++) {
-        const double r = h[i] * q[i] - y[i];
-        const double residual =
-            fabs(h[i] * r + t * q[i]) + 4.0 * EPSILON * (h[i] * (h[i] + y[i]) + fabs(t) * q[i]);
-        const double k = s + d[i];
+        const double r = at.h[i] * q[i] - at.y[i], along = at.sign[i] * q[i];
         r2 += r * r;
-        loss += k > 0.0 && residual < 4.0 * k ? residual * residual / k : 4.0 * residual;
-        x = shcd_mul_add(x, unit * sign[i] * h[i] * q[i], e->axis[i]);
+        x = shcd_mul_add(x, along * e->half_m[i], e->axis[i]);
         /* times h_2, so that needles do not overflow it */
-        normal = shcd_mul_add(normal, sign[i] * q[i] * (h[2] / h[i]), e->axis[i]);
-        w = shcd_mul_add(w, sign[i] * q[i], e->turn[i]);
+        normal = shcd_mul_add(normal, along * (at.h[2] / at.h[i]), e->axis[i]);
+        w = shcd_mul_add(w, along, e->turn[i]);
     }
-    const double distance = unit * sqrt(r2);
-    const double slack = 16.0 * EPSILON * (shcd_norm(off) + unit);
-    foot->distance_m = t < 0.0 ? -distance : distance;
+    const double distance = unit * sqrt(r2), slack = 16.0 * U * (shcd_norm(off) + unit);
+    const double low = shcdi_max(0.0, distance - slack) / unit;
+    const double low2 = low * low * (1.0 - 8.0 * U) - loss_of(&at, q, s, t);
+    foot->sign = sign_of(&at);
+    foot->distance_m = foot->sign < 0 || (foot->sign == 0 && t < 0.0) ? -distance : distance;
     foot->upper_m = distance + slack;
-    foot->lower_m = shcdi_max(0.0, unit * sqrt(shcdi_max(0.0, r2 - loss)) - slack);
-    foot->point_m = x;
-    foot->normal = shcd_unit(normal);
-    foot->parameter = shcd_unit(w);
+    foot->lower_m = shcdi_max(0.0, unit * sqrt(shcdi_max(0.0, low2)) - slack);
+    foot->point_m = shcdi_flushed3(x);
+    foot->normal = shcdi_flushed3(shcd_unit(normal));
+    foot->parameter = shcdi_flushed3(shcd_unit(w));
 }
 
-int shcdi_ellipsoid_closest(const shcdi_view *view, shcd_vec3 p, shcd_proximity *out) {
-    shcdi_ellipsoid e;
-    shcdi_ellipsoid_foot foot;
-    if (!shcdi_ellipsoid_of(view, &e) ||
-        !(shcd_norm(shcd_sub(p, e.centre_m)) < 1e100 * e.half_m[0])) {
+const shcdi_ellipsoid *shcdi_ellipsoid_of(const shcd_model *model, const shcd_shape *shape) {
+    if (model->degree != 1) {
+        return NULL;
+    }
+    const shcdi_ellipsoid *e =
+        shape != NULL ? shcdi_shape_ellipsoid(model, shape) : &model->ellipsoid;
+    return shcdi_is_ellipsoid(e) ? e : NULL;
+}
+
+/* The surface lies within error_m of the ellipsoid, its parameters matched, and the point's place
+ * in the ellipsoid's frame is right within skew |p - c|: the distance changes by no more than both
+ * together, and where it is larger than that the point stays on its side, since it is not passed by
+ * the surface on the straight way from one to the other. */
+int shcdi_ellipsoid_closest(const shcd_model *model, const shcd_shape *shape, shcd_vec3 p,
+                            double tolerance, shcd_proximity *out) {
+    const shcdi_ellipsoid *e = shcdi_ellipsoid_of(model, shape);
+    if (e == NULL) {
         return 0;
     }
-    shcdi_ellipsoid_foot_at(&e, p, &foot);
-    const double slack = e.error_m + 4.0 * EPSILON * (shcd_norm(p) + shcd_norm(e.centre_m));
-    const double lower = shcdi_max(0.0, foot.lower_m - slack), upper = foot.upper_m + slack;
+    const double off = shcd_norm(shcd_sub(p, e->centre_m));
+    if (!(off < FAR * e->half_m[0])) {
+        return 0;
+    }
+    shcdi_ellipsoid_foot foot;
+    shcdi_ellipsoid_foot_at(e, p, &foot);
+    const double slack = (e->error_m + e->skew * off) * (1.0 + 8.0 * U);
+    const double upper = foot.upper_m + slack;
+    const double lower = shcdi_max(0.0, foot.lower_m - slack);
+    const double yardstick = shcdi_max(model->info.diagonal_m, lower);
+    const double allowed = (tolerance > 0.0 ? tolerance : 1e-9) * yardstick;
+    const double open = upper - lower;
+    if (!(open <= shcdi_max(allowed, OPEN_MAX * yardstick))) {
+        return 0;
+    }
     out->distance_m = foot.distance_m;
-    out->lower_m = foot.distance_m < 0.0 ? -upper : lower;
-    out->upper_m = foot.distance_m < 0.0 ? -lower : upper;
-    if (!(lower > 0.0)) {
+    out->lower_m = foot.sign < 0 ? -upper : lower;
+    out->upper_m = foot.sign < 0 ? -lower : upper;
+    if (!(lower > 0.0) || foot.sign == 0) {
         out->flags |= SHCD_PROXIMITY_SIGN_UNSURE;
         out->lower_m = -upper;
         out->upper_m = upper;
     }
+    if (!(open <= allowed)) {
+        out->flags |= SHCD_PROXIMITY_TRUNCATED;
+    }
     out->point_m = foot.point_m;
     out->normal = foot.normal;
     out->parameter = foot.parameter;
-    out->n_evaluations = 4;
+    out->n_evaluations = 1; /* about as dear as one, and budgets have to see it */
     out->n_newton = (uint32_t)foot.n_steps;
     return 1;
 }

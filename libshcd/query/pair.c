@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Body against body: a pair by projections and Newton, a proof by branch and bound, a depth where
- * they overlap.
+/* Body against body: a ball by one query; else a pair by projections and Newton, a proof by branch
+ * and bound, a depth where they overlap.
  *
  * Overlap is decided by points, never by numbers of pairs: a point of one surface that a query
  * proves inside the other body is an overlap. Where the distance of the surfaces is proven positive
@@ -191,12 +191,20 @@ static shcd_status side(shcdi_pair_search *s, int *sign) {
 
 static shcd_status run(shcdi_pair_search *s, double allowed, shcd_pair_proximity *out) {
     int inside, found = 0, sign = 0;
+    double lower = 0.0;
     const double balls = ball_gap(s);
-    shcd_status status = project(s, &inside);
+    shcd_status status = shcdi_pair_ball(s, allowed, &lower);
+    if (status == SHCD_OK && lower > 0.0 && s->upper + s->slack - lower <= allowed) {
+        fill_apart(s, lower, allowed, 1, out);
+        return SHCD_OK;
+    }
+    if (status == SHCD_OK) {
+        status = project(s, &inside);
+    }
     if (status != SHCD_OK) {
         return status;
     }
-    double lower = 0.0;
+    lower = 0.0;
     if (!inside) {
         lower = shcdi_max(prove(s, allowed), balls);
         sign = balls > 0.0 ? 1 : 0;

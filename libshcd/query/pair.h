@@ -69,6 +69,10 @@ void shcdi_pair_end_at(shcdi_pair_search *s, int which, shcd_vec3 w, shcdi_pair_
  *  becomes the best pair if it is better. RT safe. */
 void shcdi_pair_polish(shcdi_pair_search *s, shcdi_pair_end end[2]);
 
+/** Where a body is a ball, to a share of the tolerance, and clear of the other: the best pair, and
+ * a certified lower bound of the gap; else 0. @return the status of the query. RT safe. */
+shcd_status shcdi_pair_ball(shcdi_pair_search *s, double allowed, double *lower);
+
 /** Certified lower bound, by branch and bound, into s->lower. Stops with s->improved where a better
  *  pair was found. RT safe. */
 void shcdi_pair_bound(shcdi_pair_search *s);

@@ -3,6 +3,7 @@
 #include "query/internal.h"
 
 #include "base/harmonics.h"
+#include "query/ellipsoid.h"
 
 #include <string.h>
 
@@ -39,7 +40,7 @@ shcd_status shcd_closest(const shcd_model *model, shcd_vec3 point,
     memset(out, 0, sizeof *out);
     if (read.tier == SHCD_TIER_MAP) {
         shcdi_query_map(model, &model->map, point, read.map_hermite != 0, out);
-    } else {
+    } else if (!shcdi_ellipsoid_closest(model, NULL, point, read.tolerance, out)) {
         shcdi_view view;
         shcdi_search search;
         shcdi_view_of(model, NULL, &view);
@@ -80,9 +81,13 @@ shcd_status shcd_shape_closest(const shcd_model *model, const shcd_shape *shape,
     if (!shcdi_is_point(point)) {
         return SHCD_ERR_NOT_FINITE;
     }
+    memset(out, 0, sizeof *out);
+    if (read.tier != SHCD_TIER_MAP &&
+        shcdi_ellipsoid_closest(model, shape, point, read.tolerance, out)) {
+        return SHCD_OK;
+    }
     shcdi_view view;
     shcdi_view_of(model, shape, &view);
-    memset(out, 0, sizeof *out);
     if (read.tier == SHCD_TIER_MAP) {
         map_deformed(model, &view, point, read.map_hermite != 0, out);
     } else {

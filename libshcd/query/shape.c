@@ -25,9 +25,30 @@ static size_t growth_count(const shcd_model *model) {
     return model->index.n_balls / 2; /* floats */
 }
 
+static size_t ellipsoid_count(const shcd_model *model) {
+    return model->degree == 1 ? aligned(sizeof(shcdi_ellipsoid) / sizeof(double)) : 0;
+}
+
 static size_t value_count(const shcd_model *model) {
     return 2 * coefficient_count(model) + aligned(shcdi_packed_size(model->degree)) +
-           growth_count(model) + aligned(shcdi_positions_bytes(&model->index) / sizeof(double));
+           growth_count(model) + aligned(shcdi_positions_bytes(&model->index) / sizeof(double)) +
+           ellipsoid_count(model);
+}
+
+const shcdi_ellipsoid *shcdi_shape_ellipsoid(const shcd_model *model, const shcd_shape *shape) {
+    union {
+        const double *given;
+        const shcdi_ellipsoid *ellipsoid;
+    } at = {shape->value + (value_count(model) - ellipsoid_count(model))};
+    return at.ellipsoid;
+}
+
+static void take_half_axes(const shcd_model *model, shcd_shape *shape) {
+    if (model->degree == 1) {
+        shcdi_ellipsoid made;
+        shcdi_ellipsoid_make(shape->value, &made);
+        memcpy(shape->value + (value_count(model) - ellipsoid_count(model)), &made, sizeof made);
+    }
 }
 
 /* ---- how positions follow ----
@@ -168,6 +189,7 @@ shcd_status shcd_shape_init(const shcd_model *model, void *memory, size_t size,
            shcdi_positions_bytes(&model->index));
     made->tree_m = tree_growth(model, made);
     update_growths(model, made);
+    take_half_axes(model, made);
     *shape = made;
     return SHCD_OK;
 }
@@ -215,6 +237,7 @@ shcd_status shcd_shape_set(const shcd_model *model, shcd_shape *shape, const dou
     take_norms(model, shape, coefficients);
     memcpy(shape->value, coefficients, n * sizeof(double));
     shcdi_pack_for(&model->series, coefficients, shape->value + shape->packed_at);
+    take_half_axes(model, shape);
     shape->n_sets++;
     if (follow == SHCD_FOLLOW_PROGRESSIVE) {
         refresh_some(model, shape);

@@ -26,8 +26,12 @@ struct shcd_shape {
     uint32_t next_sector;      /**< the one that was evaluated longest ago */
     shcdi_sector sector[SHCDI_SECTORS_MAX];            /**< valid unless uniform */
     size_t tree_at, packed_at, growth_at, position_at; /**< offsets in value[] */
-    double value[]; /**< current coefficients, those of the tree, packed, growths, positions */
+    double value[]; /**< current coefficients, those of the tree, packed, growths, positions; of
+                         degree 1, its ellipsoid */
 };
+
+/** The half axes of a shape of degree 1. RT safe. */
+const shcdi_ellipsoid *shcdi_shape_ellipsoid(const shcd_model *model, const shcd_shape *shape);
 
 /** What the deviations of the blocks' leaves may exceed the tables by, scaled (view.h). */
 static inline float *shcdi_shape_growths(const shcd_shape *shape) {

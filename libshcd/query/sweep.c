@@ -138,11 +138,13 @@ static shcd_status query_ball(sweep *s, shcd_vec3 centre, sample *at) {
     return SHCD_OK;
 }
 
-static shcd_status query_tool(sweep *s, shcd_pose pose, sample *at) {
+/* A gap that the rest of the motion cannot use up ends the sweep, however large it is. */
+static shcd_status query_tool(sweep *s, double t, shcd_pose pose, sample *at) {
     shcd_tool_proximity got;
+    const double reach = (s->keep + (1.0 - t) * s->speed + s->slack) * (1.0 + 1e-9);
     const shcd_status status =
         shcdi_tool_closest_from(s->model, s->shape, s->motion.tool, pose,
-                                s->out->n_queries > 1 ? &s->seed : NULL, &s->query, &got);
+                                s->out->n_queries > 1 ? &s->seed : NULL, reach, &s->query, &got);
     if (status != SHCD_OK) {
         return status;
     }
@@ -169,7 +171,8 @@ static shcd_status take_sample(sweep *s, double t, double known, sample *at) {
     }
     s->query.evaluations_max = evaluations_left(s);
     s->out->n_queries++;
-    status = s->motion.tool == NULL ? query_ball(s, pose.position_m, at) : query_tool(s, pose, at);
+    status =
+        s->motion.tool == NULL ? query_ball(s, pose.position_m, at) : query_tool(s, t, pose, at);
     at->time = t;
     at->lower = shcdi_max(at->lower - s->slack, known);
     at->upper += s->slack;

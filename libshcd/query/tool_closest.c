@@ -6,6 +6,7 @@
  * certified, with the sign of any point of K: the whole core is on one side. Where it is the
  * inside, or the surface enters K, the depth of K is searched for (tool_depth.c). */
 #include "query/internal.h"
+#include "query/tool_cull.h"
 #include "query/tool_search.h"
 
 #include <string.h>
@@ -106,7 +107,7 @@ static void overlapping(query *q, const shcdi_core_distance *apart, shcd_vec3 co
 static int side_of(query *q, const shcdi_core_distance *apart, shcd_vec3 core_point) {
     const shcd_model_info *info = &q->model->info;
     const shcd_vec3 off = shcd_sub(core_point, info->centre_m);
-    if (shcd_norm(off) > q->view->radius_m + q->placed->slack_m) {
+    if (apart->is_outside || shcd_norm(off) > q->view->radius_m + q->placed->slack_m) {
         return 1;
     }
     const shcdi_jet *j = &apart->foot.jet;
@@ -174,8 +175,8 @@ static void set_tolerance(query *q, const shcd_query_options *options) {
 
 shcd_status shcdi_tool_closest_from(const shcd_model *model, const shcd_shape *shape,
                                     const shcd_tool_geometry *tool, shcd_pose tool_in_body,
-                                    const shcd_vec3 *seed, const shcd_query_options *options,
-                                    shcd_tool_proximity *out) {
+                                    const shcd_vec3 *seed, double reach_m,
+                                    const shcd_query_options *options, shcd_tool_proximity *out) {
     shcd_query_options read;
     shcdi_view view;
     shcdi_placed_tool placed;
@@ -209,6 +210,8 @@ shcd_status shcdi_tool_closest_from(const shcd_model *model, const shcd_shape *s
     set_tolerance(&q, &read);
     if (tool->kind == SHCD_TOOL_POINT || tool->kind == SHCD_TOOL_SPHERE) {
         closest_to_point(&q, &read);
+    } else if (reach_m < HUGE_VAL && shcdi_tool_beyond(&view, &placed, reach_m, out)) {
+        out->flags |= out->upper_m - out->lower_m <= q.allowed ? 0u : SHCD_PROXIMITY_TRUNCATED;
     } else {
         closest_to_core(&q, seed);
     }
@@ -218,5 +221,5 @@ shcd_status shcdi_tool_closest_from(const shcd_model *model, const shcd_shape *s
 shcd_status shcd_tool_closest(const shcd_model *model, const shcd_shape *shape,
                               const shcd_tool_geometry *tool, shcd_pose tool_in_body,
                               const shcd_query_options *options, shcd_tool_proximity *out) {
-    return shcdi_tool_closest_from(model, shape, tool, tool_in_body, NULL, options, out);
+    return shcdi_tool_closest_from(model, shape, tool, tool_in_body, NULL, HUGE_VAL, options, out);
 }

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Proof that a convex tool does not touch a body.
+/* Proof that a convex tool does not touch a body, or stays beyond a reach of it.
  *
  * The body lies in two convex sets: its enclosing ball, and the ellipsoid of the current series'
  * degree-1 part S_1 inflated by e + B: |S_rest - S_1,rest| <= e (the certified enclosure offset),
@@ -93,14 +93,15 @@ static void first_direction(const void *object1, const void *object2, ccd_vec3_t
 }
 
 /* u points from the body to the tool. */
-static double gap_along(const side *s, shcd_vec3 u) {
-    const shcd_vec3 x = tool_support(s->placed, shcd_scale(-1.0, u));
-    const shcd_vec3 y = body_support(s->body, u);
-    return shcd_dot(u, shcd_sub(x, y)) - s->placed->slack_m;
+static double gap_along(const shcdi_cull_body *body, const shcdi_placed_tool *placed, shcd_vec3 u) {
+    const shcd_vec3 x = tool_support(placed, shcd_scale(-1.0, u));
+    const shcd_vec3 y = body_support(body, u);
+    return shcd_dot(u, shcd_sub(x, y)) - placed->slack_m;
 }
 
-int shcdi_tool_cull(const shcdi_cull_body *body, const shcdi_placed_tool *placed, double margin_m,
-                    double *lower_m) {
+/* Also the direction from the body to the tool that says most of what is known. */
+static int cull(const shcdi_cull_body *body, const shcdi_placed_tool *placed, double margin_m,
+                double *lower_m, shcd_vec3 *direction) {
     *lower_m = -HUGE_VAL;
     if (!shcdi_core_exists(placed->tool)) {
         return 0;
@@ -108,14 +109,17 @@ int shcdi_tool_cull(const shcdi_cull_body *body, const shcdi_placed_tool *placed
     const double to_centre =
         shcdi_core_box_distance(placed->tool, shcdi_to_tool(placed, body->centre_m));
     *lower_m = to_centre - placed->tool->radius_m - body->radius_m - placed->slack_m;
+    *direction = shcd_unit(shcd_sub(placed->position_m, body->middle_m));
     if (*lower_m > margin_m) {
         return 1;
     }
     if (!shcdi_is_finite(body->offset_m)) {
         return 0;
     }
+    shcdi_cull_body grown = *body; /* so that GJK does not end before there is that much between */
+    grown.offset_m += shcdi_max(0.0, margin_m);
     shcd_vec3 last = {0.0, 0.0, 0.0};
-    const side pair = {body, placed, &last};
+    const side pair = {&grown, placed, &last};
     ccd_t ccd;
     CCD_INIT(&ccd);
     ccd.first_dir = first_direction;
@@ -123,7 +127,43 @@ int shcdi_tool_cull(const shcdi_cull_body *body, const shcdi_placed_tool *placed
     ccd.support2 = support_tool;
     ccd.max_iterations = STEPS_MAX;
     if (!ccdGJKIntersect(&pair, &pair, &ccd)) {
-        *lower_m = shcdi_max(*lower_m, gap_along(&pair, last));
+        const double gap = gap_along(body, placed, last);
+        *direction = last;
+        *lower_m = shcdi_max(*lower_m, gap);
     }
     return *lower_m > margin_m;
+}
+
+int shcdi_tool_cull(const shcdi_cull_body *body, const shcdi_placed_tool *placed, double margin_m,
+                    double *lower_m) {
+    shcd_vec3 unused;
+    return cull(body, placed, margin_m, lower_m, &unused);
+}
+
+/* The pair: the point of the surface with the parameter of the ellipsoid's farthest point along
+ * that direction, and the tool's closest to it. */
+int shcdi_tool_beyond(const shcdi_view *view, const shcdi_placed_tool *placed, double reach_m,
+                      shcd_tool_proximity *out) {
+    shcdi_cull_body body;
+    shcd_vec3 u;
+    double lower;
+    shcdi_cull_body_of(view, &body);
+    if (!cull(&body, placed, reach_m, &lower, &u)) {
+        return 0;
+    }
+    shcdi_tool_foot foot;
+    const shcd_vec3 w = shcd_unit(pull_back(&body, u));
+    shcdi_tool_foot_at(view, placed, shcd_dot(w, w) > 0.0 ? w : shcd_vec3_make(0.0, 0.0, 1.0),
+                       &foot);
+    const double r = placed->tool->radius_m;
+    const shcd_vec3 core_point = shcdi_to_body(placed, foot.core.point);
+    out->lower_m = lower;
+    out->gap_m = shcdi_max(lower, foot.core.distance - r);
+    out->upper_m = out->gap_m + placed->slack_m;
+    out->tool_point_m = shcd_mul_add(core_point, r, shcd_unit(shcd_sub(foot.jet.s, core_point)));
+    out->point_m = foot.jet.s;
+    out->normal = shcd_unit(shcd_cross(foot.jet.s1, foot.jet.s2));
+    out->parameter = foot.w;
+    out->n_evaluations = 1;
+    return 1;
 }

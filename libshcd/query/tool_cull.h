@@ -5,6 +5,7 @@
 #define SHCDI_QUERY_TOOL_CULL_H
 
 #include "query/tool_foot.h"
+#include "shcd/tool.h"
 
 /** A convex set that holds the current body: the degree-1 part of S, inflated. Depends on the shape
  *  only: made once a tick, used for every tool. */
@@ -25,5 +26,12 @@ void shcdi_cull_body_of(const shcdi_view *view, shcdi_cull_body *body);
  *  RT safe: libccd takes at most 32 steps and allocates nothing. */
 int shcdi_tool_cull(const shcdi_cull_body *body, const shcdi_placed_tool *placed, double margin_m,
                     double *lower_m);
+
+/** The answer where a gap above reach_m is as good as any: proven by the above, without a look at
+ *  the patches, at the price of one evaluation. Fills a zeroed result: lower_m > reach_m, and gap_m
+ *  and upper_m of some pair of points on the near sides. @return 1; 0, and *out untouched, where
+ *  that much is not proven. RT safe. */
+int shcdi_tool_beyond(const shcdi_view *view, const shcdi_placed_tool *placed, double reach_m,
+                      shcd_tool_proximity *out);
 
 #endif

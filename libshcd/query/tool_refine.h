@@ -44,6 +44,7 @@ typedef struct shcdi_tool_search {
     shcdi_tool_ball balls[SHCDI_TOOL_BALLS_MAX];
     size_t n_balls;
     int enters, not_stationary;
+    int is_outside; /**< K is, for certain: a convex set that holds the body is clear of it */
 } shcdi_tool_search;
 
 static inline void shcdi_tool_drop(shcdi_tool_search *s, double lower) {

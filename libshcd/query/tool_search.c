@@ -8,6 +8,7 @@
  * itself. Leaves: u.x - h(u) over the corners for one u, then the distance between K and the flat
  * triangle (both convex: tool_gap.c certifies it), minus the leaf's deviation. Below the leaves:
  * tool_refine.c. */
+#include "query/tool_cull.h"
 #include "query/tool_refine.h"
 
 #define SURVIVORS_MAX 192
@@ -127,10 +128,13 @@ static double block_lower(shcdi_tool_search *s, size_t block) {
     return shcdi_max(lower, foot.lower - radius);
 }
 
-/* Of everything: the ball that holds the body. */
-static double ball_lower(const shcdi_tool_search *s) {
-    const shcd_vec3 x = shcdi_to_tool(s->placed, s->view->model->info.centre_m);
-    return shcdi_core_box_distance(s->placed->tool, x) - s->view->radius_m;
+/* Of everything: by the convex sets that hold the body, and that K is then outside of. */
+static double convex_lower(shcdi_tool_search *s) {
+    shcdi_cull_body body;
+    double gap;
+    shcdi_cull_body_of(s->view, &body);
+    s->is_outside = shcdi_tool_cull(&body, s->placed, 0.0, &gap);
+    return (gap + s->placed->tool->radius_m) * (1.0 - 1e-15);
 }
 
 /* The block nearest to the tool's middle or, if the tool is long beside the body, to its box. */
@@ -190,7 +194,7 @@ static void first_pass(shcdi_tool_search *s) {
     const size_t n = shcdi_view_block_count(s->view);
     size_t first;
     if (s->budget->n_patches + n >= s->budget->patches_max) {
-        shcdi_tool_drop(s, ball_lower(s));
+        shcdi_tool_drop(s, convex_lower(s));
         return;
     }
     first_block(s, n, &first);
@@ -268,7 +272,7 @@ void shcdi_search_core(const shcdi_view *view, const shcdi_placed_tool *placed, 
     s.budget = budget;
     s.tolerance = tolerance;
     s.upper = s.lower = s.nearest_flat = HUGE_VAL;
-    s.has_best = s.enters = s.not_stationary = s.nearest_is_new = 0;
+    s.has_best = s.enters = s.not_stationary = s.nearest_is_new = s.is_outside = 0;
     s.n_balls = 0;
     s.nearest_w = shcd_vec3_make(0.0, 0.0, 1.0);
     s.leaves = (shcdi_candidates){item, 0, SURVIVORS_MAX, 0};
@@ -291,6 +295,7 @@ void shcdi_search_core(const shcdi_view *view, const shcdi_placed_tool *placed, 
     }
     out->foot = s.best;
     out->enters = s.enters;
+    out->is_outside = s.is_outside;
     out->not_stationary = s.not_stationary;
     out->upper = s.upper + placed->slack_m;
     out->lower = s.enters ? 0.0 : shcdi_min(shcdi_max(s.lower, coarse), s.upper) - placed->slack_m;

@@ -21,6 +21,7 @@ typedef struct shcdi_core_distance {
     double lower, upper; /**< certified; both 0 where the surface is known to enter K */
     int enters;          /**< a surface point is in K, or within the tolerance of it */
     int is_coarse;       /**< K seems to be inside of the body, clear of its surface: not refined */
+    int is_outside;      /**< K is outside of the body for certain */
     int not_stationary;
     shcdi_tool_foot foot; /**< of the best point found */
 } shcdi_core_distance;
@@ -52,10 +53,14 @@ void shcdi_search_depth(const shcdi_view *view, const shcd_shape *shape,
                         int is_exact, shcdi_budget *budget, shcdi_core_depth *out);
 
 /** shcd_tool_closest() that first looks at a unit vector near the answer's parameter (that of the
- *  last tick); NULL: nowhere. The seed can cost time, never correctness. RT safe. */
+ *  last tick); NULL: nowhere. The seed can cost time, never correctness.
+ *  @param[in] reach_m  range of interest: where the gap of a convex tool is proven to be larger
+ *                      (tool_cull.h), its interval may be wider than the tolerance, and is flagged;
+ *                      HUGE_VAL: everything is of interest
+ *  RT safe. */
 shcd_status shcdi_tool_closest_from(const shcd_model *model, const shcd_shape *shape,
                                     const shcd_tool_geometry *tool, shcd_pose tool_in_body,
-                                    const shcd_vec3 *seed, const shcd_query_options *options,
-                                    shcd_tool_proximity *out);
+                                    const shcd_vec3 *seed, double reach_m,
+                                    const shcd_query_options *options, shcd_tool_proximity *out);
 
 #endif

@@ -12,6 +12,7 @@
 
 typedef struct tally {
     size_t n, truncated, unsure;
+    size_t searched; /* calls that looked at the tree */
     double evaluations;
 } tally;
 
@@ -124,14 +125,17 @@ static shcd_proximity visit(body *b, shcd_vec3 p, tally *t) {
     t->n++;
     t->truncated += (next.flags & SHCD_PROXIMITY_TRUNCATED) != 0;
     t->unsure += (next.flags & SHCD_PROXIMITY_SIGN_UNSURE) != 0;
+    t->searched += next.n_patches > 0;
     t->evaluations += next.n_evaluations;
     return next;
 }
 
 static void report(const char *what, const tally *t) {
     print_message(
-        "%s: %zu calls (seed %u), evaluations mean %.2f, truncated %zu, sign unsure %zu\n", what,
-        t->n, SEED, t->evaluations / (double)t->n, t->truncated, t->unsure);
+        "%s: %zu calls (seed %u), evaluations mean %.2f, searched %.1f %%, truncated %zu, sign "
+        "unsure %zu\n",
+        what, t->n, SEED, t->evaluations / (double)t->n, 100.0 * (double)t->searched / (double)t->n,
+        t->truncated, t->unsure);
 }
 
 static void surface_at(const body *b, shcd_vec3 w, shcd_vec3 *s, shcd_vec3 *n) {
@@ -234,9 +238,12 @@ static void test_next_agrees_with_a_search_at_rest(void **state) {
     report("rest, pressing", &press);
     report("rest, jumps", &jumps);
     report("rest, standing", &standing);
-    /* one to three evaluations while the certificate holds, searches now and then included */
-    assert_at_most(along.evaluations / (double)along.n, 3.0);
-    assert_at_most(standing.evaluations / (double)standing.n, 3.0);
+    /* an evaluation while the certificate holds, searches now and then included; a path of 0.1 %
+     * needs one for 38 % of its calls at the smallest test scale, 28 % at full scale */
+    assert_at_most(along.evaluations / (double)along.n, 2.0);
+    assert_at_most((double)along.searched / (double)along.n, 0.55);
+    assert_at_most((double)press.searched / (double)press.n, 0.15);
+    assert_at_most((double)standing.searched / (double)standing.n, 0.1);
 }
 
 /* ---- deforming bodies ---- */
@@ -306,7 +313,7 @@ static void test_next_follows_a_foot_that_splits(void **state) {
     size_t n = 0, truncated = 0;
     for (size_t c = 0; c < 4; c++) {
         const double axes[3] = {2.0, 1.0, third[c]};
-        shcd_model *model = bodies_create_ellipsoid(axes[0], axes[1], axes[2]);
+        shcd_model *model = bodies_searched(bodies_create_ellipsoid(axes[0], axes[1], axes[2]));
         const double scale = bodies_info(model).diagonal_m;
         for (size_t a = 0; a < 4; a++) {
             for (size_t k = 0; k < 5; k++) {
@@ -332,7 +339,7 @@ static void test_next_follows_a_foot_that_splits(void **state) {
 /* The same focal point passes a point that stands still, while the body deforms. */
 static void test_next_follows_a_split_by_deformation(void **state) {
     (void)state;
-    shcd_model *model = bodies_create_ellipsoid(2.0, 1.0, 0.8);
+    shcd_model *model = bodies_searched(bodies_create_ellipsoid(2.0, 1.0, 0.8));
     const double scale = bodies_info(model).diagonal_m;
     void *memory = aligned_alloc(16, (shcd_shape_size(model) + 15) / 16 * 16);
     shcd_shape *shape = NULL;
@@ -345,7 +352,7 @@ static void test_next_follows_a_split_by_deformation(void **state) {
             const double share = (double)(i <= 400 ? i : 800 - i) / 400.0;
             const double axes[3] = {2.0, 1.2, 0.8 + 0.38 * share};
             const shcd_vec3 p = {1.5, 0.0, 0.0};
-            double c[12];
+            double c[27] = {0.0};
             shcd_proximity got;
             bodies_ellipsoid_coefficients(axes[0], axes[1], axes[2], c);
             assert_int_equal(shcd_shape_set(model, shape, c, follow), SHCD_OK);

@@ -133,7 +133,8 @@ static void test_closest_keeps_the_caps_it_is_given(void **state) {
                                                ? (double)options.evaluations_max
                                                : SHCD_QUERY_EVALUATIONS_DEFAULT;
                 note(options.tier == SHCD_TIER_EXACT ? &exact : &fast, &found, evaluations, limit);
-                assert_true(found.n_newton <= found.n_evaluations);
+                /* a closed form's steps evaluate nothing */
+                assert_true(found.n_newton <= found.n_evaluations || found.n_patches == 0);
                 if (options.tier == SHCD_TIER_EXACT) {
                     assert_at_most((double)found.n_evaluations, evaluations + EVALUATIONS_OVER);
                 } else {

@@ -144,6 +144,15 @@ static inline shcd_model *bodies_create_ellipsoid_turned(double a, double b, dou
     return bodies_create(1, coefficients);
 }
 
+/** The same surface as one of degree 2 whose last coefficients are 0, in place of the given one of
+ *  degree 1: queries search it, where those of degree 1 have a closed form. */
+static inline shcd_model *bodies_searched(shcd_model *model) {
+    double coefficients[27] = {0.0};
+    memcpy(coefficients, shcd_model_coefficients(model), 12 * sizeof *coefficients);
+    shcd_model_free(model);
+    return bodies_create(2, coefficients);
+}
+
 static inline shcd_model *bodies_create_bent(double a, double b, double c, double bend) {
     const double parameters[4] = {a, b, c, bend};
     double coefficients[27];

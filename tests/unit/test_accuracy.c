@@ -191,8 +191,17 @@ static void test_choose_infeasible_names_the_nearest_pairs(void **state) {
     asked.tolerance_m = 1e-6;
     assert_int_equal(shcd_accuracy_choose(rows, 3, &asked, &choice, NULL, &error),
                      SHCD_ERR_UNSUPPORTED);
-    assert_string_equal(error.message, "0.001 mm is not feasible: nearest is 0.0905 mm in 12 us "
+    assert_string_equal(error.message, "1 um is not feasible: nearest is 90.5 um in 12 us "
                                        "(degree 15, exact)");
+    asked.tolerance_m = 1.1e-6; /* all lengths of a message in one unit, that of the smallest */
+    asked.budget_us = 0.51;
+    const shcd_cost_row fine[] = {row_of(15, SHCD_TIER_EXACT, 1e-6, 1.2e6),
+                                  row_of(5, SHCD_TIER_TRACK, 1.5e-3, 500.0)};
+    assert_int_equal(shcd_accuracy_choose(fine, 2, &asked, &choice, NULL, &error),
+                     SHCD_ERR_UNSUPPORTED);
+    assert_string_equal(error.message,
+                        "1.1 um in 0.51 us is not feasible: nearest are 1.1 um in 1206 us "
+                        "(degree 15, exact) or 1508 um in 0.51 us (degree 5, track)");
     asked.tolerance_m = 0.0;
     asked.budget_us = 0.25;
     assert_int_equal(shcd_accuracy_choose(rows, 3, &asked, &choice, NULL, &error),

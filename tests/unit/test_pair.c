@@ -72,9 +72,8 @@ static void test_pair_spheres_apart_match_the_closed_form(void **state) {
             assert_true(out.lower_m > 0.0);
             assert_at_most(out.upper_m - out.lower_m, TOLERANCE * bodies_info(a).diagonal_m);
             const shcd_vec3 n_a = shcd_unit(pose.position_m);
-            /* an error of 1e-6 of 1 m in the gap is one of its square root in the angle */
-            assert_near(shcd_dot(out.normal_a, n_a), 1.0, 1e-4);
-            assert_near(shcd_dot(out.normal_b, n_a), -1.0, 1e-4);
+            assert_near(shcd_dot(out.normal_a, n_a), 1.0, 1e-14);
+            assert_near(shcd_dot(out.normal_b, n_a), -1.0, 1e-14);
             assert_near(shcd_norm(shcd_sub(out.point_a_m, out.point_b_m)), out.gap_m, 1e-14);
             evaluations = out.n_evaluations > evaluations ? out.n_evaluations : evaluations;
             patches = out.n_patches > patches ? out.n_patches : patches;
@@ -83,8 +82,58 @@ static void test_pair_spheres_apart_match_the_closed_form(void **state) {
     }
     print_message("seed 20261201: spheres: at most %u evaluations, %u patches\n", evaluations,
                   patches);
-    assert_true(evaluations <= 600 && patches <= 12000);
+    /* the closed form, and the pair of points that it names */
+    assert_true(evaluations == 3 && patches == 0);
     shcd_model_free(a);
+}
+
+/* A ball beside a body that is no ball costs one query of that body; and the answer is the
+ * search's, which a ball that is none by a hair more than the tolerance gets. */
+static void test_pair_ball_and_body_agree_with_the_search(void **state) {
+    (void)state;
+    check_random random = {20261209};
+    shcd_model *ball = bodies_create_ellipsoid(0.05, 0.05, 0.05);
+    shcd_model *nearly = bodies_create_ellipsoid(0.05, 0.05, 0.05 * (1.0 + 1e-4));
+    size_t quick = 0;
+    for (size_t i = 0; i < check_scaled(6); i++) {
+        shcd_model *body = i % 2 == 0 ? bodies_create_random(&random, 6, 0.05)
+                                      : bodies_create_ellipsoid(0.5, 0.4, 0.02);
+        const shcd_model_info info = bodies_info(body);
+        for (int k = 0; k < 20; k++) {
+            shcd_pose pose;
+            pose.orientation = random_turn(&random);
+            pose.position_m =
+                shcd_mul_add(info.centre_m, check_uniform(&random, 0.9, 1.6) * info.radius_m,
+                             bodies_random_direction(&random));
+            shcd_proximity at_centre;
+            assert_int_equal(shcd_closest(body, pose.position_m, NULL, &at_centre), SHCD_OK);
+            const shcd_pair_proximity out = closest(body, ball, pose);
+            const shcd_pair_proximity swapped = closest(ball, body, inverse(pose));
+            const shcd_pair_proximity searched = closest(body, nearly, pose);
+            if (!(at_centre.lower_m > 0.051)) {
+                continue;
+            }
+            quick++;
+            assert_int_equal(out.flags, 0);
+            assert_int_equal(out.n_patches, at_centre.n_patches);
+            assert_int_equal(out.n_evaluations, at_centre.n_evaluations + 2);
+            assert_true(searched.n_patches > out.n_patches);
+            assert_true(searched.n_evaluations > out.n_evaluations);
+            assert_at_most(out.upper_m - out.lower_m, TOLERANCE * info.diagonal_m);
+            assert_true(out.lower_m <= at_centre.upper_m - 0.05 + 1e-14);
+            assert_true(at_centre.lower_m - 0.05 <= out.upper_m + 1e-14);
+            /* the surfaces are nowhere farther apart than that */
+            assert_near(out.gap_m, searched.gap_m, 0.05 * 1e-4 + TOLERANCE * info.diagonal_m);
+            assert_near(out.gap_m, swapped.gap_m, TOLERANCE * info.diagonal_m);
+            assert_near(shcd_norm(shcd_sub(out.point_a_m, out.point_b_m)), out.gap_m, 1e-14);
+            assert_near(shcd_dot(out.normal_a, out.normal_b), -1.0, 1e-6);
+        }
+        shcd_model_free(body);
+    }
+    print_message("seed 20261209: %zu pairs by one query\n", quick);
+    assert_true(quick > 40 * check_scaled(6) / 6);
+    shcd_model_free(nearly);
+    shcd_model_free(ball);
 }
 
 static void test_pair_spheres_overlapping_match_the_closed_form(void **state) {
@@ -315,6 +364,7 @@ static void test_pair_bad_arguments_are_refused(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_pair_spheres_apart_match_the_closed_form),
+        cmocka_unit_test(test_pair_ball_and_body_agree_with_the_search),
         cmocka_unit_test(test_pair_spheres_overlapping_match_the_closed_form),
         cmocka_unit_test(test_pair_sphere_within_a_sphere_overlaps),
         cmocka_unit_test(test_pair_ellipsoids_match_projections_and_gjk),

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Exact and fast queries against closed forms: spheres and ellipsoids, their centres, focal points
- * and medial surfaces; caps, tolerances, arguments, repetition, and no allocation.
+/* Exact and fast queries against closed forms: spheres and ellipsoids (as bodies of degree 2, which
+ * are searched), their centres, focal points and medial surfaces; caps, tolerances, arguments,
+ * repetition, and no allocation.
  *
  * The oracle works in long double; an interval must hold its value without any tolerance, since the
  * interval is widened by the rounding of numbers of the size of p and of the body. */
@@ -24,7 +25,8 @@ typedef struct subject {
 } subject;
 
 static subject subject_open(double a, double b, double c) {
-    subject s = {{a, b, c}, bodies_create_ellipsoid(a, b, c), SHCD_MODEL_INFO_INIT, 0, 0, 0, 0};
+    shcd_model *model = bodies_searched(bodies_create_ellipsoid(a, b, c));
+    subject s = {{a, b, c}, model, SHCD_MODEL_INFO_INIT, 0, 0, 0, 0};
     s.info = bodies_info(s.model);
     return s;
 }
@@ -32,9 +34,8 @@ static subject subject_open(double a, double b, double c) {
 /* Turned in the parameter sphere: the same surface, but no symmetry in common with the tree. */
 static subject subject_open_turned(double a, double b, double c, uint64_t seed) {
     check_random random = {seed};
-    subject s = {
-        {a, b, c}, bodies_create_ellipsoid_turned(a, b, c, &random), SHCD_MODEL_INFO_INIT, 0, 0, 0,
-        0};
+    shcd_model *model = bodies_searched(bodies_create_ellipsoid_turned(a, b, c, &random));
+    subject s = {{a, b, c}, model, SHCD_MODEL_INFO_INIT, 0, 0, 0, 0};
     s.info = bodies_info(s.model);
     return s;
 }

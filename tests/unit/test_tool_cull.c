@@ -1,10 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Culling of convex tools: what it proves is true on deformed bodies, it proves what it should, it
- * calls no allocator (libccd included), and ends on degenerate input. And libccd as an independent
- * oracle: on ellipsoids, GJK finds an intersection exactly where the gap is negative. */
+ * saves sweeps the search, calls no allocator (libccd included), and ends on degenerate input. And
+ * libccd as an independent oracle: on ellipsoids, GJK finds an intersection exactly where the gap
+ * is negative. */
 #include "daemon/count_allocations.h"
 #include "query/tool_cull.h"
 #include "query/tool_search.h"
+#include "shcd/sweep.h"
 #include "support/tools.h"
 
 #include <ccd/ccd.h>
@@ -149,6 +151,109 @@ static void test_cull_ends_on_degenerate_input(void **state) {
     }
 }
 
+/* ---- where it saves the search ---- */
+
+static shcd_pose moved(shcd_pose pose, double step, check_random *r) {
+    pose.position_m = shcd_mul_add(pose.position_m, step, bodies_random_direction(r));
+    shcd_quat *q = &pose.orientation;
+    q->w += step * check_normal(r);
+    q->x += step * check_normal(r);
+    const double n = sqrt(q->w * q->w + q->x * q->x + q->y * q->y + q->z * q->z);
+    *q = (shcd_quat){q->w / n, q->x / n, q->y / n, q->z / n};
+    return pose;
+}
+
+/* A convex tool that cannot get there within its motion costs one evaluation and no patch, where
+ * the query of its distance costs hundreds; and what the sweep says is true. */
+static void test_sweeps_beyond_reach_look_at_no_patch(void **state) {
+    check_random random = {37};
+    size_t beyond = 0, far = 0, patches = 0;
+    (void)state;
+    for (int b = 0; b < 4; b++) {
+        shcd_model *model = bodies_create_random(&random, b % 2 == 0 ? 4 : 10, 0.05);
+        const shcd_model_info info = bodies_info(model);
+        shcd_shape *shape = make_shape(model, 0.01 * b, &random);
+        for (size_t i = 0; i < 20 + check_scaled(40); i++) {
+            test_tool t;
+            tools_make_random(&t, kinds[2 + i % 3], 0.3, &random);
+            shcd_sweep_def def = SHCD_SWEEP_DEF_INIT;
+            shcd_sweep_result swept;
+            shcd_tool_proximity from, to;
+            def.tool = t.geometry;
+            def.shape = shape;
+            def.from = random_pose(2.0 * info.radius_m, &random);
+            def.from.position_m = shcd_add(def.from.position_m, info.centre_m);
+            def.to = moved(def.from, 0.01, &random);
+            shcd_query_options options = SHCD_QUERY_OPTIONS_INIT;
+            options.evaluations_max = 500;
+            assert_int_equal(shcd_tool_closest(model, shape, t.geometry, def.from, &options, &from),
+                             SHCD_OK);
+            assert_int_equal(shcd_tool_closest(model, shape, t.geometry, def.to, &options, &to),
+                             SHCD_OK);
+            if (from.lower_m > 0.1) { /* of a body of 1 m; the motion is a tenth of that */
+                assert_int_equal(shcd_sweep(model, &def, NULL, 0, &swept), SHCD_OK);
+                assert_int_equal(swept.outcome, SHCD_SWEEP_SEPARATED);
+                assert_true(swept.time == 1.0);
+                assert_true(swept.lower_m > 0.0);
+                assert_true(swept.lower_m <= to.upper_m && to.lower_m <= swept.upper_m);
+                far++;
+                if (swept.n_patches == 0) {
+                    const double at_start = shcd_norm(shcd_sub(swept.tool_point_m, swept.point_m));
+                    beyond++;
+                    patches += from.n_patches;
+                    assert_int_equal(swept.n_evaluations, 1);
+                    assert_int_equal(swept.n_queries, 1);
+                    assert_true(from.n_patches > 100);
+                    /* its points are the tool's and the surface's at the start */
+                    assert_true(at_start >= from.lower_m - 1e-12);
+                    assert_true(at_start <= swept.upper_m + 1e-12);
+                }
+            }
+            shcd_tool_geometry_free(t.geometry);
+        }
+        free(shape);
+        shcd_model_free(model);
+    }
+    print_message("%zu of %zu sweeps 10 cm away look at no patch; the query looks at %zu (seed "
+                  "37)\n",
+                  beyond, far, patches / (beyond > 0 ? beyond : 1));
+    assert_true(far > 20 && 10 * beyond > 8 * far);
+}
+
+/* A budget that does not cover one look at all blocks: the proof is the cull's then, of tools
+ * within the enclosing ball too. */
+static void test_small_budgets_leave_the_cull(void **state) {
+    check_random random = {38};
+    shcd_model *model = bodies_create_ellipsoid_turned(1.0, 0.3, 0.2, &random);
+    size_t proven = 0, separated = 0;
+    (void)state;
+    for (size_t i = 0; i < 60 + check_scaled(240); i++) {
+        test_tool t;
+        tools_make_random(&t, kinds[2 + i % 3], 0.1, &random);
+        const shcd_pose pose = random_pose(0.9, &random); /* of a ball of 1 m */
+        shcd_query_options options = SHCD_QUERY_OPTIONS_INIT;
+        shcd_tool_proximity got, small;
+        options.evaluations_max = 500;
+        assert_int_equal(shcd_tool_closest(model, NULL, t.geometry, pose, &options, &got), SHCD_OK);
+        options.evaluations_max = 0;
+        options.patches_max = 20;
+        assert_int_equal(shcd_tool_closest(model, NULL, t.geometry, pose, &options, &small),
+                         SHCD_OK);
+        assert_true(small.lower_m <= got.upper_m && got.lower_m <= small.upper_m);
+        assert_true(small.n_patches <= 20 + 12 || got.lower_m <= 0.02);
+        if (got.lower_m > 0.02) {
+            separated++;
+            proven += small.lower_m > 0.0;
+            assert_int_equal(small.flags & SHCD_PROXIMITY_SIGN_UNSURE, 0);
+        }
+        shcd_tool_geometry_free(t.geometry);
+    }
+    print_message("20 patches: %zu of %zu that are 2 cm apart proven so (seed 38)\n", proven,
+                  separated);
+    assert_true(separated > 20 && 100 * proven >= 99 * separated);
+    shcd_model_free(model);
+}
+
 static void test_place_tool_refuses_what_is_not_finite(void **state) {
     shcd_model *ball = bodies_create_ellipsoid(1.0, 1.0, 1.0);
     test_tool t = {.n_facets = 0};
@@ -199,6 +304,13 @@ static void test_queries_of_tools_do_not_allocate(void **state) {
             !(shcd_norm(shcd_sub(pose.position_m, body.centre_m)) > body.radius_m + t.def.radius_m);
         assert_int_equal(shcd_tool_closest(model, shape, t.geometry, pose, &options, &got),
                          SHCD_OK);
+        const shcd_sweep_def sweep = {.struct_size = sizeof sweep,
+                                      .tool = t.geometry,
+                                      .from = pose,
+                                      .to = pose,
+                                      .shape = shape};
+        shcd_sweep_result swept;
+        assert_int_equal(shcd_sweep(model, &sweep, NULL, 0, &swept), SHCD_OK);
         calls += n_allocations - before;
         shcd_tool_geometry_free(t.geometry);
     }
@@ -295,6 +407,8 @@ int main(void) {
         cmocka_unit_test(test_cull_is_true_on_deformed_bodies),
         cmocka_unit_test(test_cull_is_sharp_on_ellipsoids),
         cmocka_unit_test(test_cull_ends_on_degenerate_input),
+        cmocka_unit_test(test_sweeps_beyond_reach_look_at_no_patch),
+        cmocka_unit_test(test_small_budgets_leave_the_cull),
         cmocka_unit_test(test_place_tool_refuses_what_is_not_finite),
         cmocka_unit_test(test_queries_of_tools_do_not_allocate),
         cmocka_unit_test(test_gjk_agrees_with_the_sign_of_the_gap),
