@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "commands.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -40,6 +41,9 @@ static void answer(const shcdmsg_command_t *command, int32_t status, const char 
 }
 
 #define RAMP_S 0.2 /* where the client names none */
+/* No ramp is shorter: an effect that holds the whole force of a device, 5 N, then changes it by
+ * half of what the slew limit lets through, 500 N/s, and never by a step. */
+#define RAMP_MIN_S 0.02
 #define RAMP_MAX_S 60.0
 
 /* The effect that a command names; the number of effects if there is none. */
@@ -133,7 +137,7 @@ bool commands_take(command_table *table, const shcdmsg_command_t *command, ring 
     if (command->op == SHCDMSG_COMMAND_T_SET_EFFECT) {
         slot->effect = find_effect(table->scene, command);
         slot->is_on = command->val[0] == 1.0;
-        slot->ramp_s = command->n_val > 1 ? command->val[1] : RAMP_S;
+        slot->ramp_s = command->n_val > 1 ? fmax(command->val[1], RAMP_MIN_S) : RAMP_S;
     }
     ring_commit(to_loop);
     return false;

@@ -56,6 +56,7 @@ typedef struct daemon_config {
     double rate_hz;
     const device_profile *device;
     double reserve_j; /**< of the passivity controller; HUGE_VAL: off */
+    double delay_s;   /**< longest that the scene states; the device's counts if that is longer */
     size_t n_models;
     shcd_model *models[SHCD_BODIES_MAX]; /**< owned, in body order; bodies from one file share one
                                               model, so a pointer may stand here more than once */

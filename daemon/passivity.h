@@ -6,8 +6,24 @@
  * motion meanwhile. Poses and forces travel, though: what the daemon sees as the motion of the last
  * tick may be that during the tick before, or the one before that. So there is a balance E_d for
  * each delay of d ticks up to `delays`, with F_{n-d} in the place of F_n, and the lowest counts.
- * With a delay between two whole ticks the true balance lies between those two, as far as the
- * motion within a tick is even. What is left to take is R = reserve + min E_d.
+ * What is left to take is R = reserve + min E_d.
+ *
+ * What holds of the hand's true energy, published force times true motion, if it is d + f ticks
+ * late, 0 <= f < 1, T the tick: at the start t_n of tick n the tool is at x_n = l_n + e_n, where
+ * l_n lies on the line between the two positions at t_n - f T and t_n + (1 - f) T, which are what
+ * ticks n + d and n + d + 1 see. So with D_m the motion that tick m sees,
+ *
+ *     l_{n+1} - l_n = (1 - f) D_{n+d+1} + f D_{n+d+2},
+ *     taken = sum F_n . (x_{n+1} - x_n)
+ *           = -(1 - f) E_d - f E_{d+1} - sum (F_n - F_{n-1}) . e_n + F_N . e_{N+1}
+ *           <= reserve + sum |F_n - F_{n-1}| |e_n| + |F_N| |e_{N+1}|   for d + f <= delays,
+ *
+ * and at most the reserve alone if the delay is whole ticks (e = 0). The e_n are what is uneven of
+ * the motion within a tick, |e_n| <= |x''| T^2/8. Rotations likewise.
+ *
+ * Of a loop that is later than `delays` nothing follows but that what the daemon sees, E_0, stays
+ * above -reserve: no balance here contains that force with that motion. A scene states its delay
+ * (`delay_s`), or has its device's. tests/stability/test_reserve.c closes the loop up to 2 ms.
  *
  * Controller, on the way out, with the motion u of the last tick as the guess for the next:
  *

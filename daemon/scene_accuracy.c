@@ -144,6 +144,21 @@ static shcd_status measure_and_choose(const shcd_model *model, const char *body,
 
 /* ---- what follows ---- */
 
+/* One line at the start: a table that decides should not do so in silence. */
+static void tell(const char *body, const shcd_cost_row *row, const shcd_accuracy_pair *choice,
+                 const char *source) {
+    static const char *const tiers[] = {"exact", "fast", "map", "track"};
+    char map[48] = "";
+    if (row->tier == SHCD_TIER_MAP) {
+        snprintf(map, sizeof map, " of resolution %d, %s", (int)row->map_resolution,
+                 row->interpolation == SHCD_MAP_HERMITE ? "hermite" : "linear");
+    }
+    const bool is_below = choice->error_m < TOLERANCE_MIN_M;
+    fprintf(stderr, "shcdd: body '%s': degree %d, %s%s: %s%.3g mm in %.3g us, by %s\n", body,
+            (int)row->degree, tiers[row->tier], map, is_below ? "below " : "",
+            1e3 * (is_below ? TOLERANCE_MIN_M : choice->error_m), choice->time_us, source);
+}
+
 static bool make_answer(const shcd_model *model, table *t, const shcd_accuracy_pair *choice,
                         double budget_us, scene_answer *answer, shcd_error *problem) {
     const shcd_cost_row *row = &t->rows[choice->row];
@@ -198,11 +213,15 @@ bool scene_accuracy_resolve(const yaml_tree *tree, const scene_accuracy *asked,
         }
         request.extra_error_m = info.fit.hausdorff_error_m;
     }
+    const bool is_known = has_table(model, &t);
     const shcd_status status =
-        has_table(model, &t) ? shcd_accuracy_choose(t.rows, t.n, &request, &choice, NULL, &problem)
-                             : measure_and_choose(model, body, &request, &t, &choice, &problem);
+        is_known ? shcd_accuracy_choose(t.rows, t.n, &request, &choice, NULL, &problem)
+                 : measure_and_choose(model, body, &request, &t, &choice, &problem);
     const bool good =
         status == SHCD_OK && make_answer(model, &t, &choice, asked->budget_us, answer, &problem);
+    if (good) {
+        tell(body, &t.rows[choice.row], &choice, is_known ? "its cost table" : "measurement");
+    }
     table_free(&t);
     if (!good) {
         shcd_map_free(answer->map);

@@ -26,7 +26,8 @@ typedef struct scene_answer {
 bool scene_accuracy_read(const yaml_tree *tree, const yaml_node *node, scene_accuracy *asked);
 
 /** Chooses from the model's cost table, or from a measurement made now if the model has none of
- * this machine: that takes up to about a second and prints a line on stderr.
+ * this machine: that takes up to about a second and prints a line on stderr. Another line there
+ * says what was chosen.
  *  @param[in] n_tools  that share the budget */
 bool scene_accuracy_resolve(const yaml_tree *tree, const scene_accuracy *asked,
                             const shcd_model *model, const char *body, size_t n_tools,

@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "scene_device.h"
 
+#include "passivity.h"
+
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -45,8 +47,15 @@ static bool read_passivity(yaml_tree *tree, const yaml_node *node, scene_device 
                                                   RESERVE_MAX_J, "J", &out->reserve_j));
 }
 
+/* Up to as many ticks as the controller keeps balances for; never less than the device's own. */
+static bool read_delay(const yaml_tree *tree, const yaml_node *node, scene_device *out) {
+    const double longest_s = PASSIVITY_DELAYS_MAX / out->rate_hz;
+    return yaml_number(tree, node, out->profile->delay_s, fmax(longest_s, out->profile->delay_s),
+                       "s", &out->stated.delay_s);
+}
+
 bool scene_device_read(yaml_tree *tree, const yaml_node *rate, const yaml_node *device,
-                       const yaml_node *passivity, scene_device *out) {
+                       const yaml_node *delay, const yaml_node *passivity, scene_device *out) {
     out->rate_hz = CONFIG_RATE_DEFAULT_HZ;
     out->profile = &device_profiles[0];
     if ((rate != NULL &&
@@ -54,16 +63,20 @@ bool scene_device_read(yaml_tree *tree, const yaml_node *rate, const yaml_node *
         (device != NULL && !read_profile(tree, device, out))) {
         return false;
     }
+    out->stated = *out->profile;
+    if (delay != NULL && !read_delay(tree, delay, out)) {
+        return false;
+    }
     /* written down in decimal, the limit itself must be allowed */
-    out->stiffness_limit_n_per_m = (1.0 + 1e-9) * device_stiffness_max(out->profile, out->rate_hz);
-    out->drag_limit_n_s_per_m = (1.0 + 1e-9) * device_drag_max(out->profile, out->rate_hz);
-    out->reserve_j = device_reserve_j(out->profile, out->rate_hz);
+    out->stiffness_limit_n_per_m = (1.0 + 1e-9) * device_stiffness_max(&out->stated, out->rate_hz);
+    out->drag_limit_n_s_per_m = (1.0 + 1e-9) * device_drag_max(&out->stated, out->rate_hz);
+    out->reserve_j = device_reserve_j(&out->stated, out->rate_hz);
     return passivity == NULL || read_passivity(tree, passivity, out);
 }
 
 bool scene_device_check(const yaml_tree *tree, const yaml_node *at, const scene_device *device,
                         double k_n_per_m) {
-    const device_profile *p = device->profile;
+    const device_profile *p = &device->stated;
     const double limit = device->stiffness_limit_n_per_m;
     if (k_n_per_m <= limit) {
         return true;
@@ -82,7 +95,7 @@ bool scene_device_check(const yaml_tree *tree, const yaml_node *at, const scene_
 
 bool scene_device_check_drag(const yaml_tree *tree, const yaml_node *at, const scene_device *device,
                              const char *tool, double c_n_s_per_m) {
-    const device_profile *p = device->profile;
+    const device_profile *p = &device->stated;
     if (c_n_s_per_m <= device->drag_limit_n_s_per_m) {
         return true;
     }

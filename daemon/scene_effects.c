@@ -350,6 +350,26 @@ bool scene_effects_read(yaml_tree *tree, const yaml_node *node, const yaml_node 
                      "youngs_modulus_pa");
 }
 
+/* Points at the parameter that the message is about, if it is given: the one with whose name it
+ * begins. */
+static bool fail_at(const yaml_tree *tree, const yaml_node *effect, const char *message) {
+    static const char word[] = "parameter ";
+    const char *name =
+        strncmp(message, word, sizeof word - 1) == 0 ? message + sizeof word - 1 : message;
+    for (const yaml_node *p = effect->kind == YAML_MAP ? effect->first : NULL; p != NULL;
+         p = p->next) {
+        const size_t n = strlen(p->key->text);
+        if (name[0] == '\'' && strncmp(name + 1, p->key->text, n) == 0 && name[n + 1] == '\'') {
+            const char *rest = name + n + 2;
+            const bool is_alone = strncmp(rest, " is ", 4) == 0 || rest[0] == ':';
+            if (is_alone) {
+                return yaml_fail(tree, p, "%s", rest + strspn(rest, ": "));
+            }
+        }
+    }
+    return yaml_fail(tree, effect, "%s", message);
+}
+
 /* What parameters have to do with each other only the library knows, and it names body and effect.
  */
 bool scene_effects_fail(const yaml_tree *tree, const yaml_node *const *effects,
@@ -362,7 +382,7 @@ bool scene_effects_fail(const yaml_tree *tree, const yaml_node *const *effects,
                 snprintf(prefix, sizeof prefix,
                          "scene_create: body '%s': effect '%s': ", bodies[b].name, node->key->text);
             if (n > 0 && (size_t)n < sizeof prefix && strncmp(message, prefix, (size_t)n) == 0) {
-                return yaml_fail(tree, node, "%s", message + n);
+                return fail_at(tree, node, message + n);
             }
         }
     }

@@ -9,6 +9,7 @@
 #include "scene_accuracy.h"
 #include "scene_device.h"
 #include "scene_effects.h"
+#include "scene_stiffness.h"
 #include "tool_shape.h"
 #include "yaml_reader.h"
 #include "yaml_value.h"
@@ -243,16 +244,17 @@ static bool read_tools(scene_draft *draft, const yaml_node *list) {
 /* ---- the whole ------------------------------------------------------------------------------- */
 
 static bool read_scene(scene_draft *draft) {
-    enum { RATE, DEVICE, BODIES, TOOLS, PASSIVITY };
+    enum { RATE, DEVICE, BODIES, TOOLS, PASSIVITY, DELAY };
     yaml_field fields[] = {
         [RATE] = {"rate_hz", NULL, NULL},
         [DEVICE] = {"device", NULL, NULL},
         [BODIES] = {"bodies", "a list of bodies (or [])", NULL},
         [TOOLS] = {"tools", "a list of tools, like [{id: 0, name: probe, shape: point}]", NULL},
-        [PASSIVITY] = {"passivity", NULL, NULL}};
+        [PASSIVITY] = {"passivity", NULL, NULL},
+        [DELAY] = {"delay_s", NULL, NULL}};
     return yaml_fields(draft->tree, draft->tree->root, "key", fields, COUNT(fields)) &&
            scene_device_read(draft->tree, fields[RATE].node, fields[DEVICE].node,
-                             fields[PASSIVITY].node, &draft->device) &&
+                             fields[DELAY].node, fields[PASSIVITY].node, &draft->device) &&
            read_bodies(draft, fields[BODIES].node) && read_tools(draft, fields[TOOLS].node);
 }
 
@@ -308,7 +310,8 @@ static bool make_model(scene_draft *draft, daemon_config *config, size_t i) {
     }
     draft->body_defs[i].model = config->models[i];
     config->body_in_world[i] = draft->body_defs[i].body_in_world;
-    return true;
+    return scene_stiffness_check_learned(draft->tree, draft->effects[i], &draft->body_defs[i],
+                                         &draft->device);
 }
 
 static bool make_config(scene_draft *draft, daemon_config *config) {
@@ -317,6 +320,7 @@ static bool make_config(scene_draft *draft, daemon_config *config) {
     config->rate_hz = draft->device.rate_hz;
     config->device = draft->device.profile;
     config->reserve_j = draft->device.reserve_j;
+    config->delay_s = draft->device.stated.delay_s;
     memcpy(config->tool_ids, draft->tool_ids, sizeof config->tool_ids);
     for (size_t i = 0; i < draft->n_bodies; i++) {
         if (!make_model(draft, config, i)) {
@@ -333,9 +337,17 @@ static bool make_config(scene_draft *draft, daemon_config *config) {
     def.n_bodies = draft->n_bodies;
     def.tools = draft->tool_defs;
     def.n_tools = draft->n_tools;
-    return shcd_scene_create(&def, NULL, &config->scene, &problem) == SHCD_OK ||
-           scene_effects_fail(draft->tree, draft->effects, draft->body_defs, draft->n_bodies,
-                              problem.message);
+    if (shcd_scene_create(&def, NULL, &config->scene, &problem) != SHCD_OK) {
+        return scene_effects_fail(draft->tree, draft->effects, draft->body_defs, draft->n_bodies,
+                                  problem.message);
+    }
+    for (size_t i = 0; i < draft->n_bodies; i++) {
+        if (!scene_stiffness_check_wave(draft->tree, draft->effects[i], config->scene, i,
+                                        &draft->device)) {
+            return false;
+        }
+    }
+    return true;
 }
 
 static bool load(yaml_tree *tree, daemon_config *config) {

@@ -27,6 +27,8 @@ _Static_assert((int)TICK_STALE == SHCDMSG_TOOL_FORCE_T_STALE &&
 
 bool tick_init(tick_core *core, const daemon_config *config, mailbox poses[], ring *commands,
                ring *applied) {
+    device_profile late = *config->device;
+    late.delay_s = fmax(late.delay_s, config->delay_s);
     memset(core, 0, sizeof *core);
     core->config = config;
     core->poses = poses;
@@ -43,7 +45,7 @@ bool tick_init(tick_core *core, const daemon_config *config, mailbox poses[], ri
                                          .force_max_n = config->device->force_max_n,
                                          .torque_max_n_m = config->device->torque_max_n_m,
                                          .period_s = 1e-9 * (double)core->period_ns,
-                                         .delays = device_delays(config->device, config->rate_hz)};
+                                         .delays = device_delays(&late, config->rate_hz)};
     core->n_tools = shcd_scene_tool_count(config->scene);
     core->memory_size = EXCHANGE_STRIDE(shcd_state_size(config->scene));
     core->memory = aligned_alloc(EXCHANGE_LINE, core->memory_size);
@@ -357,7 +359,8 @@ static void note_effects(tick_core *core) {
         t->n++;
         t->sum_ns += out->time_ns;
         t->max_ns = fmax(t->max_ns, out->time_ns);
-        t->is_active = out->gain > 0.0 && (out->time_ns > 0.0 || out->stored_j > 0.0);
+        t->is_active = out->gain > 0.0 &&
+                       (out->time_ns > 0.0 || out->stored_j != 0.0 || out->work_j != t->driven_j);
         t->energy_j = core->effect_energy_j[e];
         t->stored_j = out->stored_j;
         t->driven_j = out->work_j;

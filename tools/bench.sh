@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # What queries cost, in one command: builds plain (-O2) and native (-O3 -march=native) into folders
 # of its own below build/bench/, fits the bodies, measures both, and the plain one with the portable
-# evaluation besides, counts instructions, and ends with the goals that are met and missed.
+# evaluation besides, then what the stages of detection save, counts instructions, and ends with the
+# goals that are met and missed.
 #
 #   bench.sh [OPTION...]
 #     --peers      Embree and CGAL in the same runs (GPL binary, stays in build/bench/)
@@ -89,7 +90,7 @@ build() {
             -DCMAKE_C_FLAGS_RELEASE="$2 -DNDEBUG" -DCMAKE_CXX_FLAGS_RELEASE="$2 -DNDEBUG" \
             -DSHCD_BUILD_DAEMON=OFF -DSHCD_BENCH_PEERS=$peers -DSHCD_MESHES="$meshes" \
             -DSHCD_MESHES_OPTIONAL=ON &&
-            cmake --build "$folder" --target shcd_command bench_query bench_evaluation
+            cmake --build "$folder" --target shcd_command bench_query bench_evaluation bench_stages
     } >"$folder/build.txt" 2>&1; then
         tail -n 20 "$folder/build.txt" >&2
         fail "cannot build $1; all of it: $folder/build.txt"
@@ -244,6 +245,14 @@ for name in plain native; do
         fail "the evaluation's run failed; see $out/evaluation-$name.txt"
     cat "$out/evaluation-$name.txt"
 done
+quick=
+[ -z "$sizes" ] || quick=--quick
+echo
+echo "######## stages of detection, native build"
+# shellcheck disable=SC2086 # none or one; a list of words
+(cd "$out/bodies" && "$out/native/tests/bench/bench_stages" $quick $bodies) >"$out/stages-all.txt" ||
+    fail "the stages' run failed; see $out/stages-all.txt"
+cat "$out/stages-all.txt"
 print_counts >"$out/counts.txt"
 cat "$out/counts.txt"
 for name in $runs; do
@@ -257,7 +266,10 @@ if [ -n "$docs" ]; then
     [ -z "$meshes" ] || shown=liver-smooth.shcd
     awk -v body="== $shown:" '/^== /{on = index($0, body) == 1} /^bars, /{on = 0} on' \
         "$out/native.txt" >"$out/table.txt"
-    for name in machine table counts evaluation-native bars-plain bars-portable bars-native; do
+    awk -v body="$shown:" '/: degree /{on = index($0, body) == 1} on' "$out/stages-all.txt" |
+        sed -e :a -e '/^\n*$/{$d;N;ba' -e '}' >"$out/stages.txt"
+    for name in machine table stages counts evaluation-native bars-plain bars-portable \
+        bars-native; do
         put "$name" "$out/$name.txt"
     done
     echo "bench.sh: wrote $docs"

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* `shcd cost`: what every step of accuracy costs on this machine. Every output appears
- * whole or not at all, and if one fails those before it go, too. */
+/* `shcd cost`: what every step of accuracy costs on this machine. Every output appears whole or not
+ * at all. If one of the figures' files fails, those before it go, too; a plot that fails takes
+ * nothing with it. */
 #include "arguments.h"
 #include "body.h"
 #include "commands.h"
@@ -147,30 +148,33 @@ static bool write_json(const char *path, const cost_machine *machine, const cost
     return output_finish(&json) && output_publish(&json);
 }
 
-/* Files first: what stands on standard output has its files beside it. The body comes last: the
- * others can be taken back. */
-static bool write_results(const cost_request *request, const shcd_model *model,
-                          const cost_machine *machine, const cost_result *result) {
-    const char *plot = request->plot;
-    if (plot != NULL && !write_plot(plot, machine, result)) {
+/* False: reported, and neither file is left. The body comes last: the other can be taken back. */
+static bool write_files(const cost_request *request, const shcd_model *model,
+                        const cost_machine *machine, const cost_result *result) {
+    if (request->json != NULL && !write_json(request->json, machine, result)) {
         return false;
     }
-    const bool json_good = request->json == NULL || write_json(request->json, machine, result);
-    const bool good =
-        json_good && (request->body == NULL || cost_save(request->body, model, machine, result));
-    if (!good) {
-        if (plot != NULL) {
-            unlink(plot);
-        }
-        if (json_good && json_file(request) != NULL) {
+    if (request->body != NULL && !cost_save(request->body, model, machine, result)) {
+        if (json_file(request) != NULL) {
             unlink(request->json);
         }
         return false;
     }
+    return true;
+}
+
+/* Files first: what stands on standard output has its files beside it. A plot is only a view of
+ * them: the figures, which took a minute, do not go where gnuplot fails; the status tells. */
+static bool write_results(const cost_request *request, const shcd_model *model,
+                          const cost_machine *machine, const cost_result *result) {
+    if (!write_files(request, model, machine, result)) {
+        return false;
+    }
+    const bool drawn = request->plot == NULL || write_plot(request->plot, machine, result);
     if (request->json == NULL || json_file(request) != NULL) {
         cost_report_text(stdout, machine, result);
     }
-    return true;
+    return drawn;
 }
 
 static int run(const cost_request *request) {

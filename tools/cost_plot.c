@@ -81,8 +81,8 @@ static void write_series(FILE *file, const cost_result *result, const error_axis
             n++;
         }
     }
-    /* gnuplot takes no empty block */
-    fprintf(file, "%sEOD\nn_%s = %d\n", n > 0 ? "" : "NaN NaN NaN \"\"\n", name, n);
+    /* gnuplot takes no empty block and crashes (5.4) on one of NaN alone: a point off the axes */
+    fprintf(file, "%sEOD\nn_%s = %d\n", n > 0 ? "" : "1e-30 1e-30 1e-30 \"\"\n", name, n);
 }
 
 static int by_cost(const void *a, const void *b) {

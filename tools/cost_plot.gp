@@ -50,6 +50,7 @@ set rmargin 3
 gap_mm = sqrt(bottom_mm * low_mm)
 set yrange [0.7 * bottom_mm : high_mm * (high_mm / bottom_mm) ** 0.26]
 set format "%g"
+set ytics 10 ** ceil(log10(gap_mm)), 10, 100 * high_mm # none beside the line's own
 set ytics add (sprintf("<%.0e", floor_mm) bottom_mm)
 set arrow 1 from graph 0, first gap_mm to graph 1, first gap_mm nohead lt 1 lw 1 dt 2 lc rgb grey
 

@@ -5,7 +5,9 @@
 Each deform_state message holds the coefficients of the surface S(w) = sum_i c_i Y_i(w), real
 orthonormal spherical harmonics without the Condon-Shortley phase, i = l*l + l + m. This program
 evaluates them on a subdivided icosahedron, in the world frame, with the displacement against the
-first message as a vertex property for viewers that colour by it. Plain Python, to be copied.
+rest shape as a vertex property for viewers that colour by it. The rest shape is that of the first
+message whose volume is the rest volume, and this program waits for one: start it before the body is
+touched. With --first the first message counts instead. Plain Python, to be copied.
 """
 import argparse
 import math
@@ -111,6 +113,11 @@ def write_ply(path, vertices, triangles, displacements_m):
     part.replace(path)
 
 
+def is_rest(message):
+    """A dent of a hundredth of a millimetre over a square centimetre is 1e-9 m^3."""
+    return abs(message.volume - message.rest_volume) <= 1e-6 * abs(message.rest_volume)
+
+
 def read_options():
     p = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     p.add_argument("--body", type=int, default=0, help="index of the body in the scene")
@@ -120,6 +127,8 @@ def read_options():
     p.add_argument("--every", type=float, default=0.1, metavar="S", help="time between them")
     p.add_argument("--subdivide", type=int, default=4, choices=range(0, 8),
                    help="10 4^N + 2 vertices")
+    p.add_argument("--first", action="store_true",
+                   help="measure displacements against the first message, rest shape or not")
     p.add_argument("--wait", type=float, default=10.0, metavar="S",
                    help="how long to wait for a message")
     return p.parse_args()
@@ -136,25 +145,33 @@ def main():
         if message.body_id == options.body:
             latest["message"] = message
 
-    subscription = link.subscribe("SHCD_DEFORM", on_deform)
-    basis, first = None, None
-    due = time.monotonic()
-    for n in range(options.count):
+    def wait(due, what, is_wanted):
+        """The first such message, at `due` or later."""
         latest.clear()
         give_up = time.monotonic() + options.wait
-        while "message" not in latest or time.monotonic() < due:
+        while True:
+            message = latest.get("message")
+            if message is not None and time.monotonic() >= due and is_wanted(message):
+                return message
             if time.monotonic() > give_up:
-                sys.exit(f"deform_ply: no shape of body {options.body} in {options.wait:g} s: does "
-                         "shcdd run here, with that body in its scene?")
+                sys.exit(f"deform_ply: {what} of body {options.body} in {options.wait:g} s: " + (
+                    "does shcdd run here, with that body in its scene?" if message is None else
+                    "something presses it; --first takes the first shape as it is"))
             if select.select([link.fileno()], [], [], 0.02)[0]:
                 link.handle()
+
+    subscription = link.subscribe("SHCD_DEFORM", on_deform)
+    due = time.monotonic()
+    rest = wait(due, "no rest shape", (lambda _: True) if options.first else is_rest)
+    basis = [harmonics(rest.degree, w) for w in points]
+    reference = surface(rest, basis)
+    message = rest
+    for n in range(options.count):
+        if n > 0:
+            message = wait(due, "no shape", lambda _: True)
         due = time.monotonic() + options.every
-        message = latest["message"]
-        if basis is None:
-            basis = [harmonics(message.degree, w) for w in points]
         vertices = surface(message, basis)
-        first = first or vertices
-        moved = [math.dist(a, b) for a, b in zip(vertices, first)]
+        moved = [math.dist(a, b) for a, b in zip(vertices, reference)]
         path = options.out if options.count == 1 else options.out.with_name(
             f"{options.out.stem}-{n:04d}{options.out.suffix}")
         write_ply(path, vertices, triangles, moved)

@@ -86,7 +86,10 @@ typedef struct shcd_ledger_input {
     double stored_j;            /**< held now by all springs, anchors, modes; >= 0 */
     double requery_j;           /**< see shcd_ledger_requery(); 0: unknown */
     double driven_j;            /**< brought in since the last tick by what drives a body */
-    double stiffness_n_per_m;   /**< K_n: Lipschitz constant of the model's elastic force */
+    double stiffness_n_per_m;   /**< K_n: Lipschitz constant of the model's elastic force. Of a
+                                     membrane without a spring before it twice that within a tick,
+                                     shcd_scene_wave_stiffness(): the force of a tick acts on the
+                                     modes from the tick's start, with its value at the end */
     double damping_n_s_per_m;   /**< D_n: largest slope of the model's force over the rate */
     double reach_m;             /**< largest distance of a contact from the tool's origin: what
                                      turning adds to |dx| */

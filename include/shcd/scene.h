@@ -230,6 +230,23 @@ SHCD_API SHCD_RT SHCD_NODISCARD shcd_status shcd_state_coefficients(const shcd_s
  *  `learned` with dents), else 0. RT safe. */
 SHCD_API SHCD_RT int shcd_scene_body_is_soft(const shcd_scene *scene, size_t body);
 
+/** How stiff a body with `wave` is, at the stiffest place of its surface, to one tool without an
+ *  elastic law between them; a law is a spring in series and makes it softer.
+ *
+ *  Both are bounds from above, 1/(W_res + min over w of sum_k a_k (b_k phi_k(w))^2) with the
+ * minimum bounded from a grid (libshcd/response/soft_stiffness.c): above the stiffest place by at
+ * most 0.15 of what the compliance varies over the surface. Several tools on one body make it
+ * stiffer for each other.
+ *  @param[in]  dt_s          length of a tick, (0, 0.1]
+ *  @param[out] tick_n_per_m  change of force for a motion within one tick: inertia makes the body
+ *                            stiffer than it is when it is held, the more the shorter the tick
+ *  @param[out] held_n_per_m  force for a depth that is held for good; 0: it gives way for ever
+ *  @return SHCD_OK, SHCD_ERR_ARGUMENT, SHCD_ERR_UNSUPPORTED (a body without `wave`). Evaluates all
+ *  modes on 8 (degree)^2 directions or more, tenths of a second: not RT safe. Thread safe. */
+SHCD_API SHCD_NODISCARD shcd_status shcd_scene_wave_stiffness(const shcd_scene *scene, size_t body,
+                                                              double dt_s, double *tick_n_per_m,
+                                                              double *held_n_per_m);
+
 /* ---- the tick ------------------------------------------------------------------------------- */
 
 /** Bits of shcd_tool_input::flags. */
@@ -277,11 +294,14 @@ typedef enum shcd_tool_output_flag {
 
 /** Frozen layout. */
 typedef struct shcd_tool_output {
-    shcd_wrench wrench;     /**< on the tool, world frame; torque about the tool's origin */
-    shcd_vec3 proxy_m;      /**< contact point on the surface of the deepest contact, world; without
-                                 contact the closest point of the nearest body */
-    shcd_vec3 normal;       /**< outward unit normal there, world */
-    double penetration_m;   /**< of the deepest contact, >= 0; 0 without contact [m] */
+    shcd_wrench wrench; /**< on the tool, world frame; torque about the tool's origin */
+    shcd_vec3 proxy_m;  /**< contact point on the surface of the deepest contact, world; without
+                             contact the closest point of the nearest body */
+    shcd_vec3 normal;   /**< outward unit normal there, world */
+    /** Of the deepest contact, >= 0; 0 without contact [m]. In contact with a soft body this,
+     *  distance_m, proxy_m and displacement_m are those at the end of the tick: what the forces of
+     *  the tick itself moved the surface is taken off, at the same point of the surface. */
+    double penetration_m;
     double distance_m;      /**< signed gap between tool surface and nearest body; negative in
                                  contact [m]; infinite without a body, or for an inactive or bad tool;
                                  of a degraded shell that of the visited points */

@@ -23,7 +23,7 @@
  * The certified query carries a certificate from tick to tick (shcd_closest_next()), which is void
  * or valid, never wrong: what a proxy does in between does not matter to it.
  *
- * A ball outside touches up to two more walls: contact_sides.c. */
+ * A ball outside touches up to three walls: contact_sides.c, walls.c. */
 #include "response/accuracy.h"
 #include "response/proxy.h"
 
@@ -147,16 +147,18 @@ void shcdi_contact_update(const shcdi_body *body, const shcdi_tool *tool, const 
     if (shcdi_has_jumped(shcd_norm(shcd_sub(p, contact->proxy.tool_m)), dt_s, &contact->still_s)) {
         contact->is_known = 0;
         contact->is_touching = 0;
+        shcdi_sides_release(contact);
     }
     if (contact->is_touching && shcdi_keep_proxy(&u, &followed, out)) {
         settle(tool->radius_m, ball, &followed, -HUGE_VAL, contact, out);
-        shcdi_sides_update(body, tool, &u, contact, out);
+        shcdi_sides_update(body, tool, &u, dt_s, contact, out);
         return;
     }
     if (shcdi_ask(body, tool, p, contact, &closest, out) != SHCD_OK) {
         /* cannot happen for a finite point; if it does, the bound is all that is known */
         contact->is_known = 0;
         contact->is_touching = 0;
+        shcdi_sides_release(contact);
         out->gap_m =
             shcdi_max(shcdi_contact_lower_bound(body, out->shape, tool, contact, ball), 0.0);
         out->flags = SHCD_TOOL_OUTPUT_TRUNCATED;
@@ -167,7 +169,7 @@ void shcdi_contact_update(const shcdi_body *body, const shcdi_tool *tool, const 
         !shcdi_is_continued_by(&u, closest.point_m, closest.normal) &&
         shcdi_follow(&u, &followed, out) && followed.distance_m < 0.0) {
         settle(tool->radius_m, ball, &followed, -HUGE_VAL, contact, out);
-        shcdi_sides_update(body, tool, &u, contact, out);
+        shcdi_sides_update(body, tool, &u, dt_s, contact, out);
         return;
     }
     const double gap_m = closest.distance_m - tool->radius_m;
@@ -178,9 +180,10 @@ void shcdi_contact_update(const shcdi_body *body, const shcdi_tool *tool, const 
         const shcdi_pursuit in = shcdi_pursue(body, &entered, p, 0.0, dt_s);
         if (shcdi_follow(&in, &followed, out) && followed.distance_m < tool->radius_m) {
             settle(tool->radius_m, ball, &followed, -HUGE_VAL, contact, out);
+            shcdi_sides_update(body, tool, &u, dt_s, contact, out);
             return;
         }
     }
     settle(tool->radius_m, ball, &closest, closest.lower_m, contact, out);
-    shcdi_sides_update(body, tool, &u, contact, out);
+    shcdi_sides_update(body, tool, &u, dt_s, contact, out);
 }

@@ -1,93 +1,199 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The other walls that a ball touches: in a groove or a corner, up to two beside the deepest
- * contact.
+/* The walls that a ball touches: in a groove or a corner, up to two beside the deepest contact.
  *
  * A ball whose centre p is outside touches the surface wherever a foot, a local minimum of |S - p|,
- * is nearer than its radius. Feet of one wall are one contact: only feet whose normals differ from
- * those already found by more than 26 degrees count, and up to 45 degrees a wall counts in part, so
- * that it fades in as a bend becomes a corner. Every leaf of the surface that may be nearer than
- * the radius and faces another way is the start of a Newton run, nearest leaf first within a block;
- * the runs are capped, and a wall that the cap leaves out is felt in a later tick, when the ball
- * has moved or the first walls have pushed it out.
+ * is nearer than its radius. Feet that are known go first: that of the deepest contact, and those
+ * of the last tick, followed by Newton. A wall that is there is therefore found for as long as it
+ * is there. Then new ones are looked for: of every block of leaves the nearest one that may hold a
+ * foot is the start of a run, nearest first, a capped number of them.
+ *
+ * A foot can also end while the ball is in it: where p passes a focal point of a hollow, the foot
+ * merges with a saddle and is gone, and there a foot begins the other way round; and a foot that
+ * the cap has left out may be found late. Then the wall does not end or begin at once, but fades:
+ * out, in the plane that it had, until it has no part in the force; in, from the depth at which it
+ * begins to have one. A fade goes by FADE_SPEED and by what the tool itself has moved, so that it
+ * changes the force by no more than the spring does over such a way.
  *
  * A ball whose centre is inside has one contact, its proxy: from within, all walls push the same
  * way in or none is known to be the one it came through. */
 #include "response/proxy.h"
+#include "response/walls.h"
 
 #include "query/view.h"
 
 #define RUNS_MAX 6
-/* Cosines between normals: a wall of its own begins at 26 degrees, and is whole at 45. */
-#define BEGINS SHCDI_TURN_COSINE
-#define IS_WHOLE 0.70710678118654752
+#define STARTS_MAX 16
+
+/* Feet that are nearer to each other than this share of the diagonal are one: Newton's stationarity
+ * is far better, and the finest detail of a surface far larger. */
+#define SAME_FOOT 1e-6
+
+/* Speed of a fade [m/s], and the time that the fade of a deep wall takes at most [s]. */
+#define FADE_SPEED 0.05
+#define FADE_TIME_S 0.1
+
+/* A leaf may hold a foot of p if p lies above it, but for two of its edges and 14 degrees by which
+ * its surface may be turned against its triangle. */
+#define LEAF_EDGES 2.0
+#define LEAF_TURN 0.25
+
+/* Where a run may start. */
+typedef struct start {
+    double distance2_m2;
+    double edge_m;
+    shcd_vec3 x, normal, parameter;
+} start;
 
 /* Walls found so far in this tick. */
 typedef struct walls {
     const shcdi_body *body;
     shcd_vec3 p;
-    double radius_m;
-    shcd_vec3 normal[1 + SHCDI_SIDES_MAX];
-    size_t n;
-    shcdi_side side[SHCDI_SIDES_MAX];
+    double radius_m, dt_s;
+    const shcdi_pursuit *pursuit;
+    shcdi_wall last[SHCDI_WALLS_MAX]; /* of the last tick; not touching: ended, or gone on */
+    shcdi_wall *now;                  /* of this one, in the slots of their effects' memory */
+    shcdi_wall found[RUNS_MAX + 1];   /* new ones; the deepest contact, if new, is the first */
+    size_t n_found;
     int n_runs;
+    bool is_deepest_new, was_touching;
+    start starts[STARTS_MAX]; /* nearest first */
+    size_t n_starts;
     shcdi_gap *out;
 } walls;
 
-static double largest_cosine(const walls *w, shcd_vec3 normal) {
-    double largest = -1.0;
-    for (size_t i = 0; i < w->n; i++) {
-        largest = shcdi_max(largest, shcd_dot(normal, w->normal[i]));
+/* ---- known feet ----------------------------------------------------------------------------- */
+
+static bool continues(const walls *w, const shcdi_wall *last, const shcdi_wall *now) {
+    return shcd_norm(shcd_sub(now->foot_m, last->foot_m)) <= w->pursuit->reach_m &&
+           shcd_dot(now->normal, last->normal) >= SHCDI_TURN_COSINE;
+}
+
+static bool is_known(const walls *w, const shcdi_wall *wall) {
+    const double apart_m = SAME_FOOT * w->body->diagonal_m;
+    bool is = false;
+    for (size_t i = 0; i < SHCDI_WALLS_MAX; i++) {
+        is |=
+            w->now[i].is_touching && shcd_norm(shcd_sub(w->now[i].foot_m, wall->foot_m)) <= apart_m;
     }
-    return largest;
+    for (size_t i = 0; i < w->n_found; i++) {
+        is |= shcd_norm(shcd_sub(w->found[i].foot_m, wall->foot_m)) <= apart_m;
+    }
+    return is;
 }
 
-static double squared_distance(shcd_vec3 p, const shcd_vec3 x[3]) {
-    const shcd_vec3 middle = shcd_scale(1.0 / 3.0, shcd_add(x[0], shcd_add(x[1], x[2])));
-    const shcd_vec3 way = shcd_sub(p, middle);
-    return shcd_dot(way, way);
-}
-
-static void run_from(walls *w, shcd_vec3 parameter) {
+/* @return whether a run has found a wall that was not known */
+static bool run_from(walls *w, shcd_vec3 parameter, shcdi_wall *wall) {
+    const shcdi_wall none = {.is_touching = 1};
     shcd_proximity found;
-    w->n_runs++;
     if (shcdi_track_now(w->body, w->out->shape, w->p, parameter, &found) != SHCD_OK) {
-        return;
+        return false;
     }
     shcdi_count(w->out, &found);
-    const shcd_vec3 normal = shcdi_normal_at(&found, w->p);
-    const double cosine = largest_cosine(w, normal);
-    if ((found.flags & SHCD_PROXIMITY_NOT_STATIONARY) != 0 || !(found.distance_m > 0.0) ||
-        !(found.distance_m < w->radius_m) || cosine >= BEGINS) {
-        return;
-    }
-    const double share = shcdi_min(1.0, (BEGINS - cosine) / (BEGINS - IS_WHOLE));
-    shcdi_side *side = &w->side[w->n - 1];
-    side->foot_m = found.point_m;
-    side->normal = normal;
-    side->parameter = found.parameter;
-    side->depth_m = w->radius_m - found.distance_m;
-    side->share = share * share * (3.0 - 2.0 * share);
-    w->normal[w->n++] = normal;
+    *wall = none;
+    wall->foot_m = found.point_m;
+    wall->normal = shcdi_normal_at(&found, w->p);
+    wall->parameter = found.parameter;
+    wall->depth_m = w->radius_m - found.distance_m;
+    return (found.flags & SHCD_PROXIMITY_NOT_STATIONARY) == 0 && found.distance_m > 0.0 &&
+           wall->depth_m > 0.0 && !is_known(w, wall);
 }
 
-/* A leaf that faces a wall already found, or away from p, starts nothing. */
-static bool is_start(const walls *w, const shcd_vec3 x[3], double reach_m) {
-    const shcd_vec3 n = shcd_unit(shcd_cross(shcd_sub(x[1], x[0]), shcd_sub(x[2], x[0])));
-    return shcd_dot(shcd_sub(w->p, x[0]), n) > 0.0 && largest_cosine(w, n) < BEGINS &&
-           squared_distance(w->p, x) < reach_m * reach_m;
+/* Puts a wall of the last tick into its slot, where it is now. What it was short of then it catches
+ * up with later. */
+static void go_on(walls *w, size_t slot, const shcdi_wall *wall) {
+    w->now[slot] = *wall;
+    w->now[slot].short_m = w->last[slot].short_m;
+    w->now[slot].share = w->last[slot].share;
+    w->last[slot].is_touching = 0;
+}
+
+static void place_deepest(walls *w, const shcdi_wall *deepest, shcdi_contact *contact) {
+    size_t slot = SHCDI_WALLS_MAX;
+    double nearest = HUGE_VAL;
+    for (size_t i = 0; i < SHCDI_WALLS_MAX; i++) {
+        const double apart = shcd_norm(shcd_sub(deepest->foot_m, w->last[i].foot_m));
+        if (w->last[i].is_touching && apart < nearest && continues(w, &w->last[i], deepest)) {
+            slot = i;
+            nearest = apart;
+        }
+    }
+    w->is_deepest_new = slot == SHCDI_WALLS_MAX;
+    if (w->is_deepest_new) {
+        w->found[w->n_found++] = *deepest;
+    } else {
+        contact->deepest = (uint32_t)slot;
+        go_on(w, slot, deepest);
+    }
+}
+
+static void follow_last(walls *w) {
+    for (size_t i = 0; i < SHCDI_WALLS_MAX; i++) {
+        shcdi_wall wall;
+        if (w->last[i].is_touching && run_from(w, w->last[i].parameter, &wall) &&
+            continues(w, &w->last[i], &wall)) {
+            go_on(w, i, &wall);
+        }
+    }
+}
+
+/* ---- new feet ------------------------------------------------------------------------------- */
+
+/* A run from near a known foot would end in it. */
+static bool leads_to(const start *s, const shcdi_wall *wall) {
+    return shcd_norm(shcd_sub(s->x, wall->foot_m)) <= LEAF_EDGES * s->edge_m &&
+           shcd_dot(s->normal, wall->normal) >= SHCDI_TURN_COSINE;
+}
+
+static bool is_covered(const walls *w, const start *s) {
+    bool is = false;
+    for (size_t i = 0; i < SHCDI_WALLS_MAX; i++) {
+        is |= w->now[i].is_touching && leads_to(s, &w->now[i]);
+    }
+    for (size_t i = 0; i < w->n_found; i++) {
+        is |= leads_to(s, &w->found[i]);
+    }
+    return is;
+}
+
+/* @return whether a leaf may hold a foot that is not known */
+static bool is_start(const walls *w, const shcdi_view *view, size_t leaf, start *s) {
+    shcd_vec3 x[3];
+    shcdi_view_triangle(view, leaf, x);
+    const shcd_vec3 a = shcd_sub(x[1], x[0]), b = shcd_sub(x[2], x[0]);
+    s->x = shcd_scale(1.0 / 3.0, shcd_add(x[0], shcd_add(x[1], x[2])));
+    s->normal = shcd_unit(shcd_cross(a, b));
+    s->edge_m = shcdi_max(shcd_norm(a), shcd_norm(b));
+    const shcd_vec3 way = shcd_sub(w->p, s->x);
+    const double up = shcd_dot(way, s->normal);
+    s->distance2_m2 = shcd_dot(way, way);
+    /* from its middle a leaf reaches two thirds of its longest median, below an edge */
+    const double reach = w->radius_m + s->edge_m;
+    const double off = LEAF_EDGES * s->edge_m + LEAF_TURN * up;
+    return up > 0.0 && s->distance2_m2 < reach * reach && s->distance2_m2 - up * up < off * off &&
+           !is_covered(w, s);
+}
+
+static void note_start(walls *w, const start *s) {
+    size_t at = w->n_starts < STARTS_MAX ? w->n_starts++ : STARTS_MAX;
+    while (at > 0 && s->distance2_m2 < w->starts[at - 1].distance2_m2) {
+        if (at < STARTS_MAX) {
+            w->starts[at] = w->starts[at - 1];
+        }
+        at--;
+    }
+    if (at < STARTS_MAX) {
+        w->starts[at] = *s;
+    }
 }
 
 static void look_into(walls *w, const shcdi_view *view, size_t block) {
     size_t best = SIZE_MAX;
-    double nearest = HUGE_VAL;
+    start nearest = {.distance2_m2 = HUGE_VAL};
     for (size_t leaf = block * SHCDI_BLOCK_LEAVES; leaf < (block + 1) * SHCDI_BLOCK_LEAVES;
          leaf++) {
-        shcd_vec3 x[3];
-        shcdi_view_triangle(view, leaf, x);
-        /* from its middle a leaf reaches two thirds of its longest median, below an edge */
-        const double edge = shcd_norm(shcd_sub(x[1], x[0]));
-        if (is_start(w, x, w->radius_m + edge) && squared_distance(w->p, x) < nearest) {
-            nearest = squared_distance(w->p, x);
+        start s;
+        if (is_start(w, view, leaf, &s) && s.distance2_m2 < nearest.distance2_m2) {
+            nearest = s;
             best = leaf;
         }
     }
@@ -96,59 +202,179 @@ static void look_into(walls *w, const shcdi_view *view, size_t block) {
         for (int k = 0; k < 3; k++) {
             middle = shcd_add(middle, shcdi_view_corner(view, best, k));
         }
-        run_from(w, shcd_unit(middle));
+        nearest.parameter = shcd_unit(middle);
+        note_start(w, &nearest);
     }
 }
 
-/* The side that was at most this far away in the last tick goes on with its memory. */
-static void settle(const walls *w, const shcdi_pursuit *u, shcdi_contact *contact) {
-    shcdi_side last[SHCDI_SIDES_MAX];
-    bool is_taken[SHCDI_SIDES_MAX] = {false};
-    for (size_t i = 0; i < SHCDI_SIDES_MAX; i++) {
-        last[i] = contact->side[i];
-        contact->side[i].is_touching = 0;
+static void look_for_new(walls *w) {
+    shcdi_view view;
+    shcdi_view_of(w->body->model, w->out->shape, &view);
+    const size_t n_blocks = shcdi_view_block_count(&view);
+    for (size_t b = 0; b < n_blocks; b++) {
+        shcd_vec3 centre;
+        const double reach = shcdi_view_block_ball(&view, b, &centre) + w->radius_m;
+        const shcd_vec3 way = shcd_sub(w->p, centre);
+        if (shcd_dot(way, way) < reach * reach) {
+            look_into(w, &view, b);
+        }
     }
-    for (size_t k = 0; k + 1 < w->n; k++) {
-        size_t slot = SHCDI_SIDES_MAX;
-        for (size_t i = 0; i < SHCDI_SIDES_MAX && slot == SHCDI_SIDES_MAX; i++) {
-            const bool continues =
-                last[i].is_touching && !is_taken[i] &&
-                shcd_norm(shcd_sub(w->side[k].foot_m, last[i].foot_m)) <= u->reach_m &&
-                shcd_dot(w->side[k].normal, last[i].normal) >= SHCDI_TURN_COSINE;
-            slot = continues ? i : slot;
+    for (size_t i = 0; i < w->n_starts && w->n_runs < RUNS_MAX; i++) {
+        shcdi_wall wall;
+        if (is_covered(w, &w->starts[i])) {
+            continue;
         }
-        const bool is_new = slot == SHCDI_SIDES_MAX;
-        for (size_t i = 0; i < SHCDI_SIDES_MAX && slot == SHCDI_SIDES_MAX; i++) {
-            slot = !is_taken[i] && !last[i].is_touching ? i : slot;
+        w->n_runs++;
+        if (run_from(w, w->starts[i].parameter, &wall)) {
+            w->found[w->n_found++] = wall;
         }
-        for (size_t i = 0; i < SHCDI_SIDES_MAX && slot == SHCDI_SIDES_MAX; i++) {
-            slot = !is_taken[i] ? i : slot;
-        }
-        is_taken[slot] = true;
-        contact->side[slot] = w->side[k];
-        contact->side[slot].is_touching = 1;
-        contact->side[slot].is_new = is_new;
     }
+}
+
+/* ---- beginning and ending ------------------------------------------------------------------- */
+
+/* The depth up to which the others leave a wall without force, and the sine of its angle to the
+ * nearest of them, by which a change of its depth beyond that turns the force. */
+static double idle_depth(const walls *w, size_t slot, double *sine) {
+    double m[SHCDI_WALLS_MAX], sum = 0.0, most = 0.0;
+    const unsigned others = shcdi_walls_touched(w->now) & ~(1u << slot);
+    (void)shcdi_walls_solve(w->now, others, m);
+    for (size_t i = 0; i < SHCDI_WALLS_MAX; i++) {
+        if ((others >> i & 1u) != 0) {
+            double rate;
+            const double c = shcdi_wall_coupling(&w->now[i], &w->now[slot], &rate);
+            sum += c * m[i];
+            most = shcdi_max(most, c);
+        }
+    }
+    *sine = sqrt(shcdi_max(0.0, 1.0 - most * most));
+    return sum;
+}
+
+static double step_of(const walls *w, double depth_m) {
+    return w->pursuit->motion_m + shcdi_max(FADE_SPEED, depth_m / FADE_TIME_S) * w->dt_s;
+}
+
+static void catch_up(walls *w, size_t slot) {
+    shcdi_wall *wall = &w->now[slot];
+    double sine = 0.0;
+    if (wall->short_m > 0.0) {
+        (void)idle_depth(w, slot, &sine);
+        wall->short_m = shcdi_max(0.0, wall->short_m - sine * step_of(w, wall->depth_m));
+        wall->depth_m = shcdi_max(0.0, wall->depth_m - wall->short_m);
+    }
+}
+
+/* A wall of the last tick that has not been found again. */
+static void fade_out(walls *w, size_t slot) {
+    shcdi_wall wall = w->last[slot];
+    double sine;
+    const double in_plane_m = w->radius_m - shcd_dot(shcd_sub(w->p, wall.foot_m), wall.normal);
+    w->now[slot] = wall;
+    const double idle_m = idle_depth(w, slot, &sine);
+    wall.depth_m = shcdi_min(wall.depth_m - sine * step_of(w, wall.depth_m), in_plane_m);
+    wall.short_m = shcdi_max(0.0, in_plane_m - wall.depth_m);
+    wall.is_touching = wall.depth_m > idle_m;
+    w->now[slot] = wall;
+}
+
+/* For the deepest contact some slot is found: that of the wall with the least force. */
+static size_t slot_for(const walls *w, bool is_deepest) {
+    size_t slot = SHCDI_WALLS_MAX;
+    for (size_t i = SHCDI_WALLS_MAX; i-- > 0;) {
+        slot = !w->now[i].is_touching ? i : slot;
+    }
+    for (size_t i = 0; i < SHCDI_WALLS_MAX && slot == SHCDI_WALLS_MAX; i++) {
+        slot = w->now[i].share == 0.0 && !w->now[i].is_new ? i : slot;
+    }
+    for (size_t i = 0; i < SHCDI_WALLS_MAX && slot == SHCDI_WALLS_MAX && is_deepest; i++) {
+        bool is_least = true;
+        for (size_t j = 0; j < SHCDI_WALLS_MAX; j++) {
+            is_least &= w->now[i].share <= w->now[j].share;
+        }
+        slot = is_least ? i : slot;
+    }
+    return slot;
+}
+
+static void begin(walls *w, shcdi_contact *contact) {
+    for (size_t i = 0; i < w->n_found; i++) {
+        const bool is_deepest = i == 0 && w->is_deepest_new;
+        const size_t slot = slot_for(w, is_deepest);
+        double sine;
+        if (slot == SHCDI_WALLS_MAX) {
+            continue;
+        }
+        w->now[slot] = w->found[i];
+        w->now[slot].is_new = 1;
+        const double idle_m = idle_depth(w, slot, &sine);
+        if (w->was_touching) { /* else there was no force that could jump */
+            w->now[slot].short_m = shcdi_max(0.0, w->found[i].depth_m - idle_m);
+            catch_up(w, slot);
+        }
+        if (is_deepest) {
+            contact->deepest = (uint32_t)slot;
+        }
+    }
+}
+
+void shcdi_sides_release(shcdi_contact *contact) {
+    const shcdi_wall none = {.is_touching = 0};
+    for (size_t i = 0; i < SHCDI_WALLS_MAX; i++) {
+        contact->wall[i] = none;
+    }
+    contact->yielded = 0.0;
+}
+
+static void update(walls *w, const shcdi_wall *deepest, shcdi_contact *contact) {
+    /* degree 1 is convex; a centre that is inside keeps its proxy alone */
+    const bool has_sides = w->out->gap_m > -w->radius_m && w->body->n_harmonics > 4;
+    for (size_t i = 0; i < SHCDI_WALLS_MAX; i++) {
+        w->last[i] = contact->wall[i];
+        w->was_touching |= w->last[i].is_touching != 0;
+        w->now[i].is_touching = 0;
+    }
+    place_deepest(w, deepest, contact);
+    if (has_sides) {
+        follow_last(w);
+        look_for_new(w);
+    }
+    for (size_t i = 0; i < SHCDI_WALLS_MAX; i++) {
+        if (w->now[i].is_touching) {
+            catch_up(w, i);
+        } else if (w->last[i].is_touching) {
+            fade_out(w, i);
+        }
+    }
+    begin(w, contact);
+    for (size_t i = 0; i < SHCDI_WALLS_MAX; i++) {
+        /* what a wall without force remembers is of the past; soft bodies press all their walls */
+        w->now[i].is_new |= w->now[i].share == 0.0 && w->body->soft == NULL;
+    }
+    shcdi_walls_share(contact);
+    if (w->body->soft == NULL) {
+        shcdi_walls_tilt(w->body->model, w->p, contact);
+    }
+    shcdi_walls_yield(w->dt_s, contact);
 }
 
 void shcdi_sides_update(const shcdi_body *body, const shcdi_tool *tool, const shcdi_pursuit *u,
-                        shcdi_contact *contact, shcdi_gap *out) {
-    walls w = {.body = body, .p = u->p, .radius_m = tool->radius_m, .n = 1, .out = out};
-    w.normal[0] = out->normal;
-    /* degree 1 is convex; a centre that is inside keeps its proxy alone */
-    if (contact->is_touching && tool->radius_m > 0.0 && out->gap_m > -tool->radius_m &&
-        body->n_harmonics > 4) {
-        shcdi_view view;
-        shcdi_view_of(body->model, out->shape, &view);
-        const size_t n_blocks = shcdi_view_block_count(&view);
-        for (size_t b = 0; b < n_blocks && w.n_runs < RUNS_MAX && w.n <= SHCDI_SIDES_MAX; b++) {
-            shcd_vec3 centre;
-            const double reach = shcdi_view_block_ball(&view, b, &centre) + w.radius_m;
-            const shcd_vec3 way = shcd_sub(w.p, centre);
-            if (shcd_dot(way, way) < reach * reach) {
-                look_into(&w, &view, b);
-            }
-        }
+                        double dt_s, shcdi_contact *contact, shcdi_gap *out) {
+    const shcdi_wall deepest = {.foot_m = out->foot_m,
+                                .normal = out->normal,
+                                .parameter = contact->proxy.parameter,
+                                .depth_m = -out->gap_m,
+                                .is_touching = 1};
+    walls w = {.body = body,
+               .p = u->p,
+               .radius_m = tool->radius_m,
+               .dt_s = dt_s,
+               .pursuit = u,
+               .now = contact->wall,
+               .out = out};
+    if (!contact->is_touching || !(tool->radius_m > 0.0)) {
+        shcdi_sides_release(contact);
+    } else {
+        update(&w, &deepest, contact);
     }
-    settle(&w, u, contact);
 }

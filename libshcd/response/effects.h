@@ -28,7 +28,7 @@
 typedef struct shcdi_touch {
     const shcd_model *model;
     double depth_m;            /**< penetration, > 0 */
-    double depth_rate_m_per_s; /**< its rate, > 0 while going in; relative to a moving surface */
+    double depth_rate_m_per_s; /**< of the tool, > 0 while going in; against the rest shape */
     double dt_s;
     double tool_radius_m; /**< radius of the ball that the tool is there; 0: a sharp point */
     double wave_share;    /**< how much of the effect wave gives way there; 0: rigid */
@@ -38,7 +38,8 @@ typedef struct shcdi_touch {
     shcd_vec3 parameter;        /**< of the foot */
     shcd_vec3 tool_point_m;     /**< point fixed in the tool whose motion friction resists */
     shcd_vec3 velocity_m_per_s; /**< of that point */
-    shcd_vec3 surface_velocity_m_per_s; /**< of the surface at the foot; 0 for a rigid body */
+    /** Of the surface at the foot of a body that is driven (`pulse`); else 0: respond.c says why */
+    shcd_vec3 surface_velocity_m_per_s;
 } shcdi_touch;
 
 /** What the effects of one contact build up, each from what those before it left. Body frame. */

@@ -60,7 +60,7 @@ shcdi_pursuit shcdi_pursue(const shcdi_body *body, const shcdi_proxy *last, shcd
                            double surface_motion_m, double dt_s) {
     /* a surface that comes is a tool point that goes */
     const double motion = shcd_norm(shcd_sub(p, last->tool_m)) + surface_motion_m;
-    const shcdi_pursuit u = {body, last, p,
+    const shcdi_pursuit u = {body, last, p, motion,
                              2.0 * motion + SLIP_SPEED * dt_s + FOOT_TOLERANCE * body->diagonal_m};
     return u;
 }

@@ -15,8 +15,9 @@
 typedef struct shcdi_pursuit {
     const shcdi_body *body;
     const shcdi_proxy *last;
-    shcd_vec3 p;    /**< the tool point, body frame */
-    double reach_m; /**< how far a foot that continues the last one may be from it */
+    shcd_vec3 p;     /**< the tool point, body frame */
+    double motion_m; /**< of the tool point, and of the surface towards it, at most */
+    double reach_m;  /**< how far a foot that continues the last one may be from it */
 } shcdi_pursuit;
 
 /** Sets the reach for a tool point that has come to p, dt_s after the last tick, over a surface
@@ -54,10 +55,13 @@ shcd_vec3 shcdi_normal_at(const shcd_proximity *found, shcd_vec3 p);
  *  the surface than its leaves, it counts as outside. @return the distance to use */
 double shcdi_sure_distance(const shcdi_body *body, uint32_t proximity_flags, double distance_m);
 
-/** Finds the other walls that a ball touches whose contact has been settled, contact_sides.c.
+/** Finds the walls that a point or ball touches whose contact has been settled, contact_sides.c.
  *  @param[in] u  from before that */
 void shcdi_sides_update(const shcdi_body *body, const shcdi_tool *tool, const shcdi_pursuit *u,
-                        shcdi_contact *contact, shcdi_gap *out);
+                        double dt_s, shcdi_contact *contact, shcdi_gap *out);
+
+/** Lets go of all walls of a contact. */
+void shcdi_sides_release(shcdi_contact *contact);
 
 /** shcd_closest() or shcd_shape_closest(), as there is a shape or not. */
 shcd_status shcdi_closest_now(const shcdi_body *body, const shcd_shape *shape, shcd_vec3 p,

@@ -22,7 +22,7 @@ typedef struct contact {
     const shcd_input *input;
     shcd_output *output;
     size_t tool;
-    double share;
+    double share, energy_share;
     const shcdi_touch *touch;
     unsigned char *memory;
 } contact;
@@ -77,7 +77,7 @@ static void book(const contact *c, size_t e, const shcdi_response *before,
                  const shcdi_response *after) {
     const size_t i = c->body->first_effect + e;
     if (c->output->effects != NULL) {
-        c->output->effects[i].stored_j += c->share * (after->stored_j - before->stored_j);
+        c->output->effects[i].stored_j += c->energy_share * (after->stored_j - before->stored_j);
     }
     if (c->output->effect_forces_n != NULL) {
         const shcd_vec3 change = shcd_sub(force_of(c, after), force_of(c, before));
@@ -129,10 +129,14 @@ static void add_wrench(const contact *c, const shcdi_response *r, shcd_vec3 arm_
 /* A contact of the tool, of which only the depth, the foot and the points are filled in. */
 typedef struct found_contact {
     shcdi_touch touch;
-    double share;
+    double share;        /* of the body's response */
+    double energy_share; /* of the energy that it stores */
+    shcd_vec3 slope;     /* the normal force acts along normal + slope */
     shcd_vec3 arm_m, other_arm_m;
     unsigned char *memory;
     bool is_new;
+    bool is_wall;     /* shares one spring with the other walls of the tool */
+    bool is_reported; /* the tool's output describes it */
 } found_contact;
 
 static shcd_pose tool_in_body(const shcdi_visit *v, const shcdi_body *body) {
@@ -168,7 +172,7 @@ static void set_motion(const shcdi_visit *v, const shcdi_body *body, const shcdi
 static void respond(shcdi_visit *v, size_t b, found_contact *f) {
     const shcdi_body *body = &v->scene->bodies[b];
     unsigned char *bytes = (unsigned char *)v->state;
-    shcdi_response r = {.depth_m = f->touch.depth_m};
+    shcdi_response r = {.depth_m = f->touch.depth_m, .slope = f->slope};
     shcdi_press *press = body->soft != NULL ? shcdi_soft_note(body->soft, bytes + body->soft_offset,
                                                               f->touch.parameter)
                                             : NULL;
@@ -176,9 +180,16 @@ static void respond(shcdi_visit *v, size_t b, found_contact *f) {
     if (f->is_new) {
         memset(f->memory, 0, body->memory_bytes);
     }
-    const contact c = {v->scene, body,      shcdi_gains_of(v->scene, v->state) + body->first_effect,
-                       v->input, v->output, v->tool_index,
-                       f->share, &f->touch, f->memory};
+    const contact c = {v->scene,
+                       body,
+                       shcdi_gains_of(v->scene, v->state) + body->first_effect,
+                       v->input,
+                       v->output,
+                       v->tool_index,
+                       f->share,
+                       f->energy_share,
+                       &f->touch,
+                       f->memory};
     if (has_effect(&c)) {
         act(&c, STAGE_BEND, &r);
     }
@@ -190,6 +201,8 @@ static void respond(shcdi_visit *v, size_t b, found_contact *f) {
         press->share = f->share;
         press->memory_at = (uint64_t)(f->memory - bytes);
         press->tool = (uint32_t)v->tool_index;
+        press->is_reported = f->is_reported;
+        press->is_wall = f->is_wall;
         return;
     }
     r.flags |= body->soft != NULL ? (uint32_t)SHCD_TOOL_OUTPUT_DEGRADED : 0u;
@@ -206,7 +219,8 @@ static void respond_shell(shcdi_visit *v, size_t b) {
     const shcdi_slot *slot = shcdi_shell_contacts(shell, memory, &n);
     const shcd_pose pose = tool_in_body(v, body);
     for (uint32_t i = 0; i < n; i++) {
-        found_contact f = {.share = slot[i].weight * shell->point_share};
+        const double share = slot[i].weight * shell->point_share;
+        found_contact f = {.share = share, .energy_share = share};
         f.touch.tool_in_body = pose;
         f.touch.depth_m = slot[i].depth_m;
         f.touch.normal = slot[i].proxy.normal;
@@ -227,7 +241,7 @@ static found_contact ball_contact(const shcdi_visit *v, size_t b, shcd_vec3 cent
                                   shcd_vec3 normal) {
     const shcdi_body *body = &v->scene->bodies[b];
     const shcd_vec3 down = shcd_scale(-v->tool->radius_m, normal);
-    found_contact f = {.share = 1.0};
+    found_contact f = {.share = 1.0, .energy_share = 1.0};
     f.touch.normal = normal;
     f.touch.tool_radius_m = v->tool->radius_m;
     f.touch.tool_in_body = tool_in_body(v, body);
@@ -236,21 +250,29 @@ static found_contact ball_contact(const shcdi_visit *v, size_t b, shcd_vec3 cent
     return f;
 }
 
-static void respond_sides(shcdi_visit *v, size_t b) {
+/* Of a rigid body the walls share one spring, walls.c; the law of a soft one is solved with the way
+ * that its surface gives, and shared there. */
+static void respond_walls(shcdi_visit *v, size_t b) {
     const shcdi_contact *known = &shcdi_contacts_of(v->scene, v->state, v->tool_index)[b];
-    for (size_t k = 0; k < SHCDI_SIDES_MAX; k++) {
-        const shcdi_side *side = &known->side[k];
-        if (side->is_touching == 0) {
+    const shcdi_body *body = &v->scene->bodies[b];
+    for (size_t k = 0; k < SHCDI_WALLS_MAX; k++) {
+        const shcdi_wall *wall = &known->wall[k];
+        const bool is_soft = body->soft != NULL;
+        if (wall->is_touching == 0 || (!is_soft && wall->share == 0.0)) {
             continue;
         }
-        found_contact f = ball_contact(v, b, known->proxy.tool_m, side->normal);
-        f.share = side->share;
-        f.touch.depth_m = side->depth_m;
-        f.touch.foot_m = side->foot_m;
-        f.touch.parameter = side->parameter;
+        found_contact f = ball_contact(v, b, known->proxy.tool_m, wall->normal);
+        f.share = is_soft ? 1.0 - known->yielded : wall->share;
+        f.energy_share = is_soft ? f.share : wall->energy_share;
+        f.touch.depth_m = is_soft ? wall->depth_m : known->pressed_m;
+        f.slope = wall->slope; /* of a soft body zero */
+        f.touch.foot_m = wall->foot_m;
+        f.touch.parameter = wall->parameter;
         f.memory = shcdi_effect_memory(v->scene, v->state, v->tool_index, b) +
-                   (k + 1) * v->scene->tool_memory_bytes;
-        f.is_new = side->is_new != 0;
+                   k * v->scene->tool_memory_bytes;
+        f.is_new = wall->is_new != 0;
+        f.is_wall = true;
+        f.is_reported = k == known->deepest && v->output->tools[v->tool_index].body == (int32_t)b;
         respond(v, b, &f);
         v->output->tools[v->tool_index].n_contacts++;
     }
@@ -266,6 +288,7 @@ static void respond_single(shcdi_visit *v, size_t b) {
     f.touch.parameter = known->proxy.parameter;
     f.memory = shcdi_effect_memory(v->scene, v->state, v->tool_index, b);
     f.is_new = !v->was_touching[b];
+    f.is_reported = v->output->tools[v->tool_index].body == (int32_t)b;
     if (v->tool->geometry != NULL) {
         f.touch.tool_point_m = gap->tool_point_m;
         f.arm_m =
@@ -274,9 +297,6 @@ static void respond_single(shcdi_visit *v, size_t b) {
     }
     respond(v, b, &f);
     v->output->tools[v->tool_index].n_contacts++;
-    if (v->tool->kind == SHCD_TOOL_SPHERE) {
-        respond_sides(v, b);
-    }
 }
 
 void shcdi_visit_respond(shcdi_visit *v) {
@@ -288,6 +308,8 @@ void shcdi_visit_respond(shcdi_visit *v) {
         v->output->tools[v->tool_index].flags |= SHCD_TOOL_OUTPUT_CONTACT;
         if (v->tool->kind == SHCD_TOOL_SHELL) {
             respond_shell(v, b);
+        } else if (v->tool->kind == SHCD_TOOL_SPHERE) {
+            respond_walls(v, b);
         } else {
             respond_single(v, b);
         }
@@ -296,6 +318,49 @@ void shcdi_visit_respond(shcdi_visit *v) {
 
 /* ---- soft bodies ---------------------------------------------------------------------------- */
 
+/* The output was filled in against the surface before the contacts' forces moved it, and a long
+ * tick moves it far: where the same point of the surface is at the tick's end counts. */
+static void report_end(const shcd_scene *scene, shcd_state *state, size_t b, const shcdi_press *p,
+                       shcd_vec3 moved_m, shcd_tool_output *out) {
+    const shcdi_body *body = &scene->bodies[b];
+    const shcdi_proxy *proxy = &shcdi_contacts_of(scene, state, p->tool)[b].proxy;
+    const shcdi_series *series = &body->model->series;
+    const shcd_vec3 rest = shcdi_surface_point(series, series->degree, proxy->parameter);
+    const double depth_m = p->touch.depth_m + shcd_dot(moved_m, p->touch.normal);
+    out->distance_m = -depth_m;
+    out->penetration_m = shcdi_max(0.0, depth_m);
+    out->displacement_m = shcd_norm(shcd_add(shcd_sub(proxy->foot_m, rest), moved_m));
+    out->proxy_m = shcd_add(out->proxy_m, shcd_rotate(body->body_in_world.orientation, moved_m));
+}
+
+static void report_ends(const shcd_scene *scene, shcd_state *state, size_t b, double shown,
+                        shcd_output *output) {
+    const shcdi_soft *soft = scene->bodies[b].soft;
+    unsigned char *memory = (unsigned char *)state + scene->bodies[b].soft_offset;
+    const shcdi_soft_parts p = shcdi_soft_parts_of(soft, memory);
+    for (uint32_t i = 0; i < p.head->n_presses; i++) {
+        if (p.press[i].is_reported) {
+            report_end(scene, state, b, &p.press[i], shcdi_soft_motion(soft, memory, i, shown),
+                       &output->tools[p.press[i].tool]);
+        }
+    }
+}
+
+/* How much of its velocity a surface imparts to what rubs on it: that of a body which `pulse`
+ * moves.
+ *
+ * Damping, friction and viscosity act on the tool and do not push the body in turn. Against a
+ * surface that moves under the tool's own force that would yield energy wherever the surface lags
+ * behind (a damper gives the tool c (v_s - v) v of which the body pays nothing), so there they act
+ * against the rest shape, as dampers and anchors to the ground, which cannot. What a heartbeat
+ * gives comes from outside in any case. */
+static double carried_by(const shcdi_body *body, shcdi_soft_gain gain) {
+    const int32_t pulse = body->soft->pulse;
+    return pulse >= 0 && body->effects[pulse].constants[SHCDI_PULSE_AMPLITUDE] > 0.0
+               ? gain.shown * gain.pulse
+               : 0.0;
+}
+
 void shcdi_respond_soft(const shcd_scene *scene, shcd_state *state, size_t b,
                         const shcd_input *input, shcd_output *output) {
     const shcdi_body *body = &scene->bodies[b];
@@ -303,11 +368,13 @@ void shcdi_respond_soft(const shcd_scene *scene, shcd_state *state, size_t b,
     const shcdi_gain *gains = shcdi_gains_of(scene, state) + body->first_effect;
     const size_t wave = (size_t)body->soft->wave;
     const shcdi_soft_gain gain = shcdi_soft_gain_of(body->soft, gains);
+    const double carried = carried_by(body, gain);
     const bool has_law = body->soft->law >= 0;
     const size_t e = has_law ? (size_t)body->soft->law : wave;
     const bool is_timed = output->effects != NULL && input->clock_ns != NULL;
     const uint64_t start = is_timed ? input->clock_ns(input->clock_user) : 0;
     shcdi_soft_press(body->soft, memory, has_law ? &body->effects[e] : NULL, gain);
+    report_ends(scene, state, b, gain.shown, output); /* of the forces that moved the modes */
     if (is_timed) {
         output->effects[body->first_effect + wave].time_ns += since(input, start);
     }
@@ -317,15 +384,12 @@ void shcdi_respond_soft(const shcd_scene *scene, shcd_state *state, size_t b,
         shcdi_press *p = &press[i];
         const shcdi_response nothing = {.depth_m = p->response.depth_m,
                                         .other_force_n = p->response.other_force_n};
-        const contact c = {scene,    body,      gains,
-                           input,    output,    p->tool,
-                           p->share, &p->touch, (unsigned char *)state + p->memory_at};
-        /* the surface's velocity at the end of the tick: before the forces had acted it would make
-         * a dent that is held look as if it rebounded */
-        p->touch.surface_velocity_m_per_s = shcdi_soft_velocity(body->soft, memory, i, gain.shown);
-        p->touch.depth_rate_m_per_s =
-            -shcd_dot(shcd_sub(p->touch.velocity_m_per_s, p->touch.surface_velocity_m_per_s),
-                      p->touch.normal);
+        const contact c = {
+            scene,   body,     gains,    input,     output,
+            p->tool, p->share, p->share, &p->touch, (unsigned char *)state + p->memory_at};
+        if (carried > 0.0) {
+            p->touch.surface_velocity_m_per_s = shcdi_soft_velocity(body->soft, memory, i, carried);
+        }
         book(&c, e, &nothing, &p->response);
         act(&c, STAGE_APPLY, &p->response);
         add_wrench(&c, &p->response, p->arm_m, p->other_arm_m);

@@ -119,9 +119,9 @@ static shcd_status check_body(const shcd_scene_def *definition, size_t i, size_t
     status = shcdi_effects_resolve(body.name, body.effects, body.n_effects, active, n_active,
                                    &memory_bytes, error);
     if (status == SHCD_OK) {
-        status = shcdi_soft_check(body.name, body.model, active, *n_active, error);
+        status = shcdi_learned_effect_check(body.name, body.model, active, *n_active, error);
         if (status == SHCD_OK) {
-            status = shcdi_learned_effect_check(body.name, body.model, active, *n_active, error);
+            status = shcdi_soft_check(body.name, body.model, active, *n_active, error);
         }
         *soft_bytes += status == SHCD_OK ? shcdi_soft_bytes(body.model, active, *n_active) : 0;
     }
@@ -310,7 +310,7 @@ static unsigned char *fill_tools(shcd_scene *scene, const shcd_scene_def *defini
                                  unsigned char *trees) {
     scene->gains_offset =
         sizeof(shcd_state) + scene->n_tools * (scene->n_bodies * sizeof(shcdi_contact) +
-                                               (1 + SHCDI_SIDES_MAX) * scene->tool_memory_bytes);
+                                               SHCDI_WALLS_MAX * scene->tool_memory_bytes);
     scene->state_size = scene->gains_offset + scene->n_effects * sizeof(shcdi_gain);
     for (size_t i = 0; i < definition->n_tools; i++) {
         const shcd_tool_def def = read_tool(definition->tools, i);

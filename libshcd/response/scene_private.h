@@ -92,17 +92,21 @@ typedef struct shcdi_proxy {
     shcd_vec3 parameter; /**< its parameter */
 } shcdi_proxy;
 
-/** Most walls that a ball touches beside its deepest contact. */
-#define SHCDI_SIDES_MAX 2
+/** Most walls that a ball touches at once. */
+#define SHCDI_WALLS_MAX 3
 
 /** One of them. Body frame. */
-typedef struct shcdi_side {
+typedef struct shcdi_wall {
     shcd_vec3 foot_m, normal, parameter;
-    double depth_m;
-    double share; /**< below 1 where it is hardly a wall of its own */
+    double depth_m;      /**< that counts */
+    double short_m;      /**< what this is less than the ball's depth in it: it fades in */
+    double share;        /**< of the force of the contact's law */
+    double energy_share; /**< of its energy */
+    double way_m;        /**< what it moves the ball by, along its normal */
+    shcd_vec3 slope;     /**< rigid bodies: its force acts along normal + slope */
     uint32_t is_touching;
     uint32_t is_new; /**< its effects start from zero memory */
-} shcdi_side;
+} shcdi_wall;
 
 /** Memory of the contact between one tool and one body. Body frame throughout. */
 typedef struct shcdi_contact {
@@ -118,13 +122,15 @@ typedef struct shcdi_contact {
     uint32_t is_known; /**< 0: nothing above is valid */
     uint32_t is_touching;
     uint32_t is_behind; /**< convex tools: the core point is inside, behind the proxy */
-    uint32_t reserved0;
-    shcdi_side side[SHCDI_SIDES_MAX]; /**< sphere */
+    uint32_t deepest;   /**< sphere: the wall that the proxy is on */
+    shcdi_wall wall[SHCDI_WALLS_MAX]; /**< sphere */
+    double pressed_m;                 /**< depth that the elastic law gets of all walls together */
+    double yielded;                   /**< share of its stiffness that this contact has given up */
     shcd_certificate certificate;     /**< point, sphere: valid or void, but never wrong */
 } shcdi_contact;
 
 /** One block without pointers: this header, the contacts [tool][body], the effects' memory
- * [tool][the contact and its sides], the gains [effect], the shells' memory [tool][body], the soft
+ * [tool][walls of the contact], the gains [effect], the shells' memory [tool][body], the soft
  * bodies' memory [body]. All zero bytes after the header mean: nothing known, nothing touched. */
 struct shcd_state {
     uint64_t fingerprint;

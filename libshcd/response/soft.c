@@ -95,14 +95,15 @@ static shcd_status check_wave(const char *body, const shcd_modes *modes, const d
     const shcdi_membrane m = shcdi_membrane_of(wave);
     if (n != (double)(size_t)n) {
         return shcdi_fail(error, SHCD_ERR_ARGUMENT,
-                          "scene_create: body '%s': effect 'wave': modes is %g, must be whole",
+                          "scene_create: body '%s': effect 'wave': 'modes' is %g, must be whole",
                           body, n);
     }
     if (modes == NULL || (size_t)n > modes->n_modes) {
-        return shcdi_fail(error, SHCD_ERR_ARGUMENT,
-                          "scene_create: body '%s': effect 'wave' asks for %g modes, its model has "
-                          "%zu; 'shcd modes' adds them",
-                          body, n, modes != NULL ? modes->n_modes : (size_t)0);
+        return shcdi_fail(
+            error, SHCD_ERR_ARGUMENT,
+            "scene_create: body '%s': effect 'wave': 'modes' is %g, its model has %zu; "
+            "'shcd modes' adds them",
+            body, n, modes != NULL ? modes->n_modes : (size_t)0);
     }
     if (wave[SHCDI_WAVE_SUPPORT] == 0.0 && (!modes->is_anchored || m.thickness_m == 0.0)) {
         return shcdi_fail(error, SHCD_ERR_ARGUMENT,
@@ -126,7 +127,7 @@ static shcd_status check_pulse(const char *body, const double *pulse, const doub
     const double k = pulse[SHCDI_PULSE_MODE];
     if (k != (double)(size_t)k || k >= wave[SHCDI_WAVE_MODES]) {
         return shcdi_fail(error, SHCD_ERR_ARGUMENT,
-                          "scene_create: body '%s': effect 'pulse': mode is %g, must be a whole "
+                          "scene_create: body '%s': effect 'pulse': 'mode' is %g, must be a whole "
                           "number below the %g modes of 'wave'",
                           body, k, wave[SHCDI_WAVE_MODES]);
     }
@@ -147,8 +148,10 @@ shcd_status shcdi_soft_check(const char *body, const shcd_model *model,
     if (wave == NULL) {
         return pulse == NULL
                    ? SHCD_OK
-                   : shcdi_fail(error, SHCD_ERR_ARGUMENT,
-                                "scene_create: body '%s': effect 'pulse' needs 'wave'", body);
+                   : shcdi_fail(
+                         error, SHCD_ERR_ARGUMENT,
+                         "scene_create: body '%s': effect 'pulse': it needs 'wave' beside it",
+                         body);
     }
     shcd_status status = check_wave(body, shcd_model_modes(model), wave->constants, error);
     if (status == SHCD_OK && pulse != NULL) {
@@ -157,10 +160,11 @@ shcd_status shcdi_soft_check(const char *body, const shcd_model *model,
     for (size_t e = 0; status == SHCD_OK && e < n; e++) {
         n_laws += effects[e].effect->press != NULL;
         if (n_laws > 1) {
-            status = shcdi_fail(error, SHCD_ERR_ARGUMENT,
-                                "scene_create: body '%s': with 'wave' there can be one elastic law "
-                                "at most; '%s' is a second one",
-                                body, effects[e].effect->info.name);
+            status =
+                shcdi_fail(error, SHCD_ERR_ARGUMENT,
+                           "scene_create: body '%s': effect '%s': with 'wave' there can be one "
+                           "elastic law at most, and this is a second one",
+                           body, effects[e].effect->info.name);
         }
     }
     return status;

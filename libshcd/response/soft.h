@@ -90,6 +90,8 @@ typedef struct shcdi_press {
     double share;          /**< of the body's response */
     uint64_t memory_at;    /**< of the effects, from the start of the state */
     uint32_t tool;
+    uint32_t is_reported; /**< the contact that the tool's output describes */
+    uint32_t is_wall;     /**< shares one spring with the other walls of the tool */
     uint32_t reserved0;
 } shcdi_press;
 
@@ -175,6 +177,11 @@ void shcdi_soft_account(const shcdi_soft *soft, unsigned char *memory);
  *  the modes by them. */
 void shcdi_soft_press(const shcdi_soft *soft, unsigned char *memory, const shcdi_active_effect *law,
                       shcdi_soft_gain gain);
+
+/** How far these forces have moved the surface at a noted contact by the end of the tick: what the
+ *  modes show, without what they leave out. After shcdi_soft_press(). */
+shcd_vec3 shcdi_soft_motion(const shcdi_soft *soft, unsigned char *memory, size_t press,
+                            double shown);
 
 /** Order of the constants of `wave`. */
 enum {

@@ -27,8 +27,7 @@ shcdi_contact *shcdi_contacts_of(const shcd_scene *scene, shcd_state *state, siz
 unsigned char *shcdi_effect_memory(const shcd_scene *scene, shcd_state *state, size_t tool,
                                    size_t body) {
     return (unsigned char *)(state->contacts + scene->n_tools * scene->n_bodies) +
-           tool * (1 + SHCDI_SIDES_MAX) * scene->tool_memory_bytes +
-           scene->bodies[body].memory_offset;
+           tool * SHCDI_WALLS_MAX * scene->tool_memory_bytes + scene->bodies[body].memory_offset;
 }
 
 unsigned char *shcdi_shell_memory(const shcd_scene *scene, shcd_state *state, size_t tool,

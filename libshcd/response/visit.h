@@ -30,7 +30,7 @@ void shcdi_visit_respond(shcdi_visit *v);
 
 /** Where an array of the state lies. */
 shcdi_contact *shcdi_contacts_of(const shcd_scene *scene, shcd_state *state, size_t tool);
-/** Of the deepest contact; side k's lies (k + 1) tool_memory_bytes behind it. */
+/** Of wall 0, or of a tool that is no ball; that of wall k lies k tool_memory_bytes behind it. */
 unsigned char *shcdi_effect_memory(const shcd_scene *scene, shcd_state *state, size_t tool,
                                    size_t body);
 /** Of a shell: body_bytes, then the effects' memory of its contacts. */

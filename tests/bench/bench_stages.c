@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* What share of a tool's path each stage of shcd_detect() decides, and what that saves.
  *
- *   bench_stages BODY.shcd...
+ *   bench_stages [--quick] BODY.shcd...
  *
  * The path: a ball of 1 % of the diagonal comes from half a diagonal away, touches, slides along
  * the surface while pressed in by half of its radius, lifts off and goes away, six times at
@@ -23,10 +23,12 @@
 #include <string.h>
 
 #define PLACES 6
-#define STEPS 500 /* of each part of the way to a place: there, along, away */
-#define N_POINTS ((size_t)PLACES * 3 * STEPS)
-#define REPETITIONS 5
 #define BIT(stage) (1u << (stage))
+
+/* Smaller with --quick: everything is done, nothing is timed in earnest. */
+static int n_steps = 500; /* of each part of the way to a place: there, along, away */
+static int n_repetitions = 5;
+static size_t n_points; /* PLACES * 3 * n_steps */
 
 typedef struct way_of_asking {
     const char *name;
@@ -56,12 +58,12 @@ static void make_path(const shcd_model *model, double diagonal_m, shcd_vec3 *poi
         const shcd_vec3 along = {points_uniform(&state, -1.0, 1.0),
                                  points_uniform(&state, -1.0, 1.0),
                                  points_uniform(&state, -1.0, 1.0)};
-        for (int i = 0; i < 3 * STEPS; i++, n++) {
-            const double share = (double)(i % STEPS) / STEPS;
-            const double far = i < STEPS ? 1.0 - share : i < 2 * STEPS ? 0.0 : share;
+        for (int i = 0; i < 3 * n_steps; i++, n++) {
+            const double share = (double)(i % n_steps) / n_steps;
+            const double far = i < n_steps ? 1.0 - share : i < 2 * n_steps ? 0.0 : share;
             shcd_vec3 x, normal;
-            if (i >= STEPS && i < 2 * STEPS) {
-                w = shcd_unit(shcd_mul_add(w, 0.003, along));
+            if (i >= n_steps && i < 2 * n_steps) {
+                w = shcd_unit(shcd_mul_add(w, 1.5 / n_steps, along));
             }
             demand(shcd_model_surface(model, -1, w, &x, &normal, NULL), "surface");
             point[n] = shcd_mul_add(x, diagonal_m * (0.0051 + 0.5 * far), normal);
@@ -89,8 +91,8 @@ static void ask(const shcd_model *model, shcd_vec3 p, double reach_m, way_of_ask
 
 static double mean_ns(const way_of_asking *way) {
     double sum = 0.0;
-    for (size_t i = 0; i < N_POINTS; i++) {
-        sum += way->ns[i] / (double)N_POINTS;
+    for (size_t i = 0; i < n_points; i++) {
+        sum += way->ns[i] / (double)n_points;
     }
     return sum;
 }
@@ -98,14 +100,14 @@ static double mean_ns(const way_of_asking *way) {
 static void print_way(const way_of_asking *way, double reference_ns) {
     double ns[SHCD_N_STAGES] = {0.0};
     size_t n[SHCD_N_STAGES] = {0};
-    for (size_t i = 0; i < N_POINTS; i++) {
+    for (size_t i = 0; i < n_points; i++) {
         n[way->found[i].stage]++;
         ns[way->found[i].stage] += way->ns[i];
     }
     printf("%-34s", way->name);
     for (int k = 0; k < SHCD_N_STAGES; k++) {
         if (n[k] > 0) {
-            printf(" %5.1f %% %6.0f", 100.0 * (double)n[k] / (double)N_POINTS,
+            printf(" %5.1f %% %6.0f", 100.0 * (double)n[k] / (double)n_points,
                    ns[k] / (double)n[k]);
         } else {
             printf("     -      -  ");
@@ -117,7 +119,7 @@ static void print_way(const way_of_asking *way, double reference_ns) {
 /* All ways must say the same. */
 static void compare(const way_of_asking *ways, size_t n_ways) {
     for (size_t k = 1; k < n_ways; k++) {
-        for (size_t i = 0; i < N_POINTS; i++) {
+        for (size_t i = 0; i < n_points; i++) {
             if (ways[k].found[i].is_within != ways[0].found[i].is_within) {
                 fprintf(stderr, "bench_stages: point %zu: '%s' contradicts the search\n", i,
                         ways[k].name);
@@ -144,13 +146,13 @@ static void try_degree(const shcd_model *model, int degree, const shcd_vec3 *poi
     const shcd_query_options options = {sizeof options, SHCD_TIER_FAST, 0, 0.0, 0, 0};
     size_t n = 0, n_decided = 0;
     double spent_ns = 0.0, saved_ns = 0.0;
-    for (size_t i = 0; i < N_POINTS; i++) {
+    for (size_t i = 0; i < n_points; i++) {
         double least_ns = HUGE_VAL;
         shcd_proximity near;
         if (left->found[i].stage != SHCD_STAGE_SEARCH) {
             continue;
         }
-        for (int k = 0; k < REPETITIONS; k++) {
+        for (int k = 0; k < n_repetitions; k++) {
             const uint64_t start = clock_stamp();
             demand(shcd_closest(low, point[i], &options, &near), "closest");
             least_ns = fmin(least_ns, (double)(clock_stamp() - start) * clock_tick_ns());
@@ -191,17 +193,17 @@ static void run(const char *path) {
         {.name = "search with certificates", .skipped = ball | low | seed, .has_certificate = 1},
         {.name = "all stages, and certificates", .has_seed = 1, .has_certificate = 1}};
     const size_t n_ways = sizeof ways / sizeof ways[0];
-    shcd_vec3 *point = points_memory(N_POINTS * sizeof *point);
+    shcd_vec3 *point = points_memory(n_points * sizeof *point);
     make_path(model, info.diagonal_m, point);
     for (size_t k = 0; k < n_ways; k++) {
-        ways[k].ns = points_memory(N_POINTS * sizeof(double));
-        ways[k].found = points_memory(N_POINTS * sizeof(shcd_detection));
-        for (size_t i = 0; i < N_POINTS; i++) {
+        ways[k].ns = points_memory(n_points * sizeof(double));
+        ways[k].found = points_memory(n_points * sizeof(shcd_detection));
+        for (size_t i = 0; i < n_points; i++) {
             ways[k].ns[i] = HUGE_VAL;
         }
     }
-    for (int repetition = 0; repetition < REPETITIONS; repetition++) {
-        for (size_t i = 0; i < N_POINTS; i++) {
+    for (int repetition = 0; repetition < n_repetitions; repetition++) {
+        for (size_t i = 0; i < n_points; i++) {
             for (size_t k = 0; k < n_ways; k++) {
                 ask(model, point[i], reach_m, &ways[k], i);
             }
@@ -209,7 +211,7 @@ static void run(const char *path) {
     }
     compare(ways, n_ways);
     printf("\n%s: degree %d, diagonal %.4g m, %zu points of a tool's path, reach 1 %% of it\n",
-           path, shcd_model_degree(model), info.diagonal_m, (size_t)N_POINTS);
+           path, shcd_model_degree(model), info.diagonal_m, n_points);
     printf("%-34s %14s %14s %15s %14s %9s %9s\n", "share and mean ns where it ended", "ball",
            "degree 1", "seed", "search", "mean ns", "saved");
     for (size_t k = 0; k < n_ways; k++) {
@@ -233,12 +235,18 @@ static void run(const char *path) {
 }
 
 int main(int argc, char **argv) {
-    if (argc < 2 || strcmp(argv[1], "--help") == 0) {
-        fprintf(argc < 2 ? stderr : stdout, "usage: bench_stages BODY.shcd...\n");
-        return argc < 2 ? 2 : 0;
+    const int is_quick = argc > 1 && strcmp(argv[1], "--quick") == 0;
+    const int first = is_quick ? 2 : 1;
+    const int is_help = argc > 1 && strcmp(argv[1], "--help") == 0;
+    if (is_help || argc <= first || argv[first][0] == '-') {
+        fprintf(is_help ? stdout : stderr, "usage: bench_stages [--quick] BODY.shcd...\n");
+        return is_help ? 0 : 2;
     }
+    n_steps = is_quick ? 50 : n_steps;
+    n_repetitions = is_quick ? 1 : n_repetitions;
+    n_points = (size_t)PLACES * 3 * (size_t)n_steps;
     clock_open();
-    for (int i = 1; i < argc; i++) {
+    for (int i = first; i < argc; i++) {
         run(argv[i]);
     }
     return 0;

@@ -85,4 +85,5 @@ def main():
         assert result.returncode == 1 and "missing" in result.stderr, result.stderr
 
 
-main()
+if __name__ == "__main__":
+    main()

@@ -299,17 +299,32 @@ class Refusals(CommandTest):
         os.environ["PATH"] = self.folder
         self.fails(1, "needs gnuplot", "cost", self.body, "--plot", self.path("cost.svg"))
 
-    def test_failing_gnuplot_is_one_line_and_no_file(self):
+    def fake_gnuplot(self, script):
         folder = self.path("bin")
         os.mkdir(folder)
         fake = os.path.join(folder, "gnuplot")
         with open(fake, "w") as file:
-            file.write("#!/bin/sh\necho 'no such terminal' >&2\nexit 1\n")
+            file.write("#!/bin/sh\n" + script)
         os.chmod(fake, 0o755)
         self.addCleanup(os.environ.__setitem__, "PATH", os.environ["PATH"])
         os.environ["PATH"] = folder + ":" + os.environ["PATH"]
+
+    def test_failing_gnuplot_is_one_line_and_no_file(self):
+        self.fake_gnuplot("echo 'no such terminal' >&2\nexit 1\n")
         self.fails(1, "gnuplot: no such terminal", "cost", self.body, "--quick", "--points", "100",
                    "--plot", self.path("cost.svg"))
+
+    def test_failing_gnuplot_takes_no_figures_with_it(self):
+        self.fake_gnuplot("kill -SEGV $$\n")
+        result = self.shcd("cost", self.body, "--quick", "--points", "100", "--json",
+                           self.path("cost.json"), "-o", self.path("copy.shcd"), "--plot",
+                           self.path("cost.svg"))
+        self.assertEqual((result.returncode, result.stderr), (1, "shcd cost: gnuplot failed\n"))
+        self.assertRegex(result.stdout, r"(?m)^ +1  exact ")
+        self.assertTrue(json.loads(self.read("cost.json"))["rows"])
+        with open(self.path("copy.shcd"), "rb") as copy:
+            self.assertIn(b"COST", copy.read())
+        self.assertFalse(os.path.exists(self.path("cost.svg")))
 
     def test_an_ellipsoid_is_answered_at_its_own_degree(self):
         cost = json.loads(self.done("cost", self.body, "--quick", "--points", "100", "--json",

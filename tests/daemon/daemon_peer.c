@@ -104,7 +104,7 @@ static void on_force(const lcm_recv_buf_t *buffer, const char *channel, void *us
     if (shcdmsg_tool_force_t_decode(buffer->data, 0, (int)buffer->data_size, &m) < 0) {
         return;
     }
-    if (m.tool_id == 0 || m.tool_id == 1) {
+    if (m.tool_id >= 0 && m.tool_id < PEER_TOOLS_MAX) {
         p->last[m.tool_id] = m;
     }
     if (m.tool_id == p->watched_tool && p->n_forces < PEER_FORCES_MAX) {
@@ -182,8 +182,14 @@ void peer_listen(peer *p, int64_t until_us) {
 }
 
 bool peer_start(peer *p, const char *path) {
+    return peer_start_scene(p, path, NULL);
+}
+
+bool peer_start_scene(peer *p, const char *path, const char *scene) {
     static char name[] = "shcdd", duration[] = DAEMON_DURATION, quiet[] = "--quiet";
-    char *const argv[] = {name, duration, quiet, NULL};
+    static char file[4096];
+    char *const argv[] = {name, duration, quiet, scene != NULL ? file : NULL, NULL};
+    snprintf(file, sizeof file, "%s", scene != NULL ? scene : "");
     memset(p, 0, sizeof *p);
     p->lcm = lcm_create(NULL);
     if (p->lcm == NULL || !subscribe_all(p)) {
@@ -217,6 +223,11 @@ void peer_send(peer *p, const shcdmsg_tool_pose_t *m) {
 }
 
 int peer_hold(peer *p, double x, double y, double z, int n) {
+    const shcdmsg_tool_pose_t pose = {.flags = SHCDMSG_TOOL_POSE_T_FORCE_ENABLE, .pos = {x, y, z}};
+    return peer_hold_pose(p, &pose, n);
+}
+
+int peer_hold_pose(peer *p, const shcdmsg_tool_pose_t *pose, int n) {
     int sent = 0;
     int64_t next_us = peer_now_us();
     for (int i = 0; i < n; i++) {
@@ -225,7 +236,9 @@ int peer_hold(peer *p, double x, double y, double z, int n) {
         const int64_t skipped = late_us / PERIOD_US;
         i += (int)skipped;
         next_us += (skipped + 1) * PERIOD_US;
-        const shcdmsg_tool_pose_t m = peer_pose(p, x, y, z);
+        shcdmsg_tool_pose_t m = *pose;
+        m.utime = peer_now_us();
+        m.seq = p->seq++;
         peer_send(p, &m);
         sent++;
     }

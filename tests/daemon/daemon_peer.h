@@ -19,6 +19,7 @@
 #include <sys/types.h>
 
 #define PEER_FORCES_MAX 20000
+#define PEER_TOOLS_MAX 16
 #define PEER_COEFFICIENTS_MAX 64
 
 typedef struct peer {
@@ -30,7 +31,7 @@ typedef struct peer {
     int32_t watched_tool;
     size_t n_forces;
     shcdmsg_tool_force_t forces[PEER_FORCES_MAX];
-    shcdmsg_tool_force_t last[2]; /* of tools 0 and 1 */
+    shcdmsg_tool_force_t last[PEER_TOOLS_MAX]; /* by id */
     int64_t n_status, n_deform, n_acks;
     shcdmsg_loop_status_t status;
     shcdmsg_command_ack_t ack;
@@ -45,6 +46,8 @@ int peer_run(const char *path, char *const argv[], char *stderr_text, size_t std
 
 /** Opens LCM and starts shcdd with the built-in scene; pings until tool 0 is answered. */
 bool peer_start(peer *p, const char *path);
+/** The same with a scene file. */
+bool peer_start_scene(peer *p, const char *path, const char *scene);
 /** Ends shcdd by a signal and waits. @return its exit status, or -1. */
 int peer_stop(peer *p, int signal);
 /** Ends shcdd in any case and closes LCM. */
@@ -60,6 +63,8 @@ void peer_send(peer *p, const shcdmsg_tool_pose_t *m);
 /** Sends `n` poses of tool 0 at rest, 1 kHz, and listens; slots that are missed are left out.
  *  @return the number sent. */
 int peer_hold(peer *p, double x, double y, double z, int n);
+/** The same with any tool and pose; `utime` and `seq` are filled in. */
+int peer_hold_pose(peer *p, const shcdmsg_tool_pose_t *pose, int n);
 
 /** Sends one pose of tool 0 and waits for its answer. @return the round trip in us, or -1 if there
  * is none within `timeout_us`. */

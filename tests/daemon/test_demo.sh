@@ -47,6 +47,21 @@ $check report "$out/soft.txt" --rate-min "$RATE_MIN"
 sh "$SOURCE/tools/netns.sh" sh "$SOURCE/tools/with-shcdd.sh" "$BUILD/daemon/shcdd" \
     "$out/soft.yaml" "$work/ply.txt" "$PYTHON" "$SOURCE/clients/python/deform_ply.py" --subdivide 2 \
     --out "$work/body.ply"
+# A program that starts while the body is pressed has no rest shape: it says so, or measures from there.
+cat >"$work/pressed.sh" <<'END'
+"$1/clients/press" --tool 0 --radius 0.003 --from -0.02,0,0.06 --to 0.02,0,0.06 --depth 0.008 \
+    --speed 0.1 --hold 6 --stay 0.1 >"$4/pressing.txt" 2>&1 &
+pressing=$!
+sleep 2
+"$2" "$3" --subdivide 1 --wait 1 --out "$4/none.ply" 2>"$4/pressed.txt" && exit 1
+grep -q "no rest shape of body 0" "$4/pressed.txt" || exit 1
+[ ! -e "$4/none.ply" ] || exit 1
+"$2" "$3" --subdivide 1 --first --out "$4/first.ply" || exit 1
+wait "$pressing"
+END
+sh "$SOURCE/tools/netns.sh" sh "$SOURCE/tools/with-shcdd.sh" "$BUILD/daemon/shcdd" \
+    "$out/soft.yaml" "$work/pressed_daemon.txt" sh "$work/pressed.sh" "$BUILD" "$PYTHON" \
+    "$SOURCE/clients/python/deform_ply.py" "$work"
 "$PYTHON" - "$out" "$work" <<'END'
 import pathlib
 import struct

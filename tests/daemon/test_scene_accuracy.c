@@ -144,6 +144,42 @@ static void test_against_mesh_adds_the_error_of_the_fit(void **state) {
     scene_remove(BODY_FILE);
 }
 
+/* What loading this scene says on stderr. */
+static void load_and_listen(const char *text, char *said, size_t size) {
+    FILE *file = tmpfile();
+    assert_non_null(file);
+    const int saved = dup(STDERR_FILENO);
+    assert_true(fflush(stderr) == 0 && saved >= 0 && dup2(fileno(file), STDERR_FILENO) >= 0);
+    daemon_config config = scene_load_good(text);
+    assert_true(fflush(stderr) == 0 && dup2(saved, STDERR_FILENO) >= 0 && close(saved) == 0);
+    config_free(&config);
+    rewind(file);
+    said[fread(said, 1, size - 1, file)] = '\0';
+    assert_int_equal(fclose(file), 0);
+}
+
+static void test_choice_is_told_in_one_line(void **state) {
+    char said[512];
+    (void)state;
+    write_body_of_this_machine(NULL);
+    load_and_listen(SCENE("{budget_us: 5}"), said, sizeof said);
+    assert_string_equal(said,
+                        "shcdd: body 'egg': degree 3, fast: 0.4 mm in 3 us, by its cost table\n");
+    load_and_listen(SCENE("{tolerance_m: 0.01, budget_us: 1}"), said, sizeof said);
+    assert_string_equal(said, "shcdd: body 'egg': degree 2, map of resolution 16, linear: 9 mm in "
+                              "0.2 us, by its cost table\n");
+    load_and_listen("bodies:\n  - {name: a, model: " BODY_FILE "}\n" SCENE_TOOLS, said,
+                    sizeof said);
+    assert_string_equal(said, ""); /* nothing was asked for, nothing chosen */
+    write_body(NULL, NULL);
+    load_and_listen(SCENE("{tolerance_m: 1.0e-3, budget_us: 10000}"), said, sizeof said);
+    const char *second = strchr(said, '\n') + 1;
+    assert_non_null(strstr(said, "no cost table of this machine; measuring"));
+    assert_int_equal(strncmp(second, "shcdd: body 'egg': degree 6, ", 29), 0);
+    assert_non_null(strstr(second, " us, by measurement\n"));
+    scene_remove(BODY_FILE);
+}
+
 /* ---- without a table ---- */
 
 static void expect_measured(const char *text) {
@@ -202,6 +238,7 @@ int main(void) {
         cmocka_unit_test(test_bodies_of_one_file_may_differ_in_accuracy),
         cmocka_unit_test(test_infeasible_is_refused_with_the_nearest_pairs),
         cmocka_unit_test(test_against_mesh_adds_the_error_of_the_fit),
+        cmocka_unit_test(test_choice_is_told_in_one_line),
         cmocka_unit_test(test_without_a_table_of_this_machine_it_is_measured),
         cmocka_unit_test(test_measured_and_infeasible_is_refused),
         cmocka_unit_test(test_quick_measurement_is_sound),

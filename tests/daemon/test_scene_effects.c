@@ -138,7 +138,7 @@ static void test_load_bad_table_is_placed(void **state) {
                               "6:36: bodies[0].effects.stiffness.stress_strain[1][0]: strain must "
                               "be above that of the row before, 0.1");
     scene_expect_text_refused(TABLE_SCENE("[[0.1, 5], [0.2, 4]]"),
-                              "6:9: bodies[0].effects.stiffness: parameter 'stress_strain': row 1: "
+                              "6:24: bodies[0].effects.stiffness.stress_strain: row 1: "
                               "the stress must not fall");
 }
 
@@ -171,6 +171,78 @@ static void test_load_law_that_is_too_stiff_for_a_tool_is_refused(void **state) 
                        20 + strlen(keys[i]) + 1, keys[i]);
         scene_expect_text_refused(text, expected);
     }
+}
+
+/* ---- by what the model carries --------------------------------------------------------------- */
+
+/* A body "ball.shcd" with modes, and a network whose record says so much. */
+static void write_ball(double recorded_n_per_m) {
+    static double numbers[NETWORK_NUMBERS];
+    shcd_learned learned = network_by_hand(numbers);
+    shcd_model *plain = soft_sphere(0.05, 7), *ball = NULL;
+    shcd_model_def def = SHCD_MODEL_DEF_INIT;
+    char path[SCENE_PATH_SIZE];
+    learned.record.stiffness_max_n_per_m = recorded_n_per_m;
+    def.degree = 7;
+    def.coefficients = shcd_model_coefficients(plain);
+    def.modes = shcd_model_modes(plain);
+    def.learned = &learned;
+    assert_int_equal(shcd_model_create(&def, NULL, &ball, NULL), SHCD_OK);
+    scene_path("ball.shcd", path);
+    assert_int_equal(shcd_model_save(ball, path, NULL), SHCD_OK);
+    shcd_model_free(plain);
+    shcd_model_free(ball);
+}
+
+#define BALL_SCENE(effects)                                                                        \
+    "bodies:\n  - name: ball\n    model: ball.shcd\n    effects:\n" effects SCENE_TOOLS
+
+static void test_load_trained_body_beyond_the_device_is_refused(void **state) {
+    (void)state;
+    write_ball(2000.0); /* the limit itself is allowed */
+    daemon_config config = scene_load_good(BALL_SCENE("      learned: {}\n"));
+    config_free(&config);
+    scene_expect_text_refused(
+        BALL_SCENE("      learned: {scale: 2}\n"),
+        "5:24: bodies[0].effects.learned.scale: its model was trained to be up to 2000 N/m stiff, "
+        "times 2, and device generic renders 2000 N/m at most; give a scale of at most 0.999, or "
+        "train with a softer tissue");
+    config = scene_load_good(BALL_SCENE("      learned: {scale: 0.999}\n"));
+    config_free(&config);
+    write_ball(2001.0);
+    scene_expect_text_refused(BALL_SCENE("      learned: {}\n"),
+                              "5:16: bodies[0].effects.learned: its model was trained to be up to "
+                              "2001 N/m stiff, times 1, ");
+    config = scene_load_good(BALL_SCENE("      stiffness: {}\n")); /* it is not called for */
+    config_free(&config);
+    scene_remove("ball.shcd");
+}
+
+/* A record without a figure, as of a network made elsewhere: what the network itself says. About
+ * 150 N/m, rising with the depth; beyond 5 N it does not count. */
+static void test_load_trained_body_is_held_by_its_network_too(void **state) {
+    (void)state;
+    write_ball(0.0);
+    daemon_config config = scene_load_good(BALL_SCENE("      learned: {scale: 4}\n"));
+    config_free(&config);
+    scene_expect_text_refused(BALL_SCENE("      learned: {scale: 30}\n"),
+                              "5:24: bodies[0].effects.learned.scale: its model was trained to be "
+                              "up to ");
+    scene_remove("ball.shcd");
+}
+
+/* 2 E* a is 1254 N/m, but within a tick its inertia and the modes left out hardly give way. */
+static void test_load_wave_that_is_too_stiff_within_a_tick_is_refused(void **state) {
+    (void)state;
+    write_ball(0.0);
+    scene_expect_text_refused(BALL_SCENE("      wave: {youngs_modulus_pa: 1.0e5}\n"),
+                              "5:33: bodies[0].effects.wave.youngs_modulus_pa: is ");
+    daemon_config config = scene_load_good(
+        BALL_SCENE("      wave: {youngs_modulus_pa: 1.0e5}\n      stiffness: {}\n"));
+    config_free(&config);
+    config = scene_load_good(BALL_SCENE("      wave: {youngs_modulus_pa: 5.0e4}\n"));
+    config_free(&config);
+    scene_remove("ball.shcd");
 }
 
 /* ---- examples -------------------------------------------------------------------------------- */
@@ -245,6 +317,9 @@ int main(void) {
         cmocka_unit_test(test_load_bad_table_is_placed),
         cmocka_unit_test(test_load_laws_that_exclude_each_other_are_placed),
         cmocka_unit_test(test_load_law_that_is_too_stiff_for_a_tool_is_refused),
+        cmocka_unit_test(test_load_trained_body_beyond_the_device_is_refused),
+        cmocka_unit_test(test_load_trained_body_is_held_by_its_network_too),
+        cmocka_unit_test(test_load_wave_that_is_too_stiff_within_a_tick_is_refused),
         cmocka_unit_test(test_every_effect_has_a_scene),
     };
     return cmocka_run_group_tests(tests, scene_folder_make, scene_folder_remove);

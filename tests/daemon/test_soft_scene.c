@@ -290,6 +290,15 @@ static void test_an_effect_is_switched_at_a_tick(void **state) {
     assert_true(hold(RADIUS_M + 0.001, 150)->wrench.force_n.z == 0.0);
     const shcdmsg_command_t on = set_effect(2, 0, "stiffness", 1.0, 0.0);
     assert_false(commands_take(&table, &on, &s->commands, &ack));
+    /* no ramp is shorter than 20 ticks, and no step above half of the slew limit's */
+    const double step_n = 0.5 * config.device->slew_max_n_per_s * 1e-3;
+    double last_n = 0.0;
+    for (int i = 1; i <= 20; i++) {
+        const double now_n = hold(RADIUS_M + 0.001, 1)->wrench.force_n.z;
+        assert_near(core.effects[0].gain, i / 20.0, 1e-12);
+        assert_true(fabs(now_n - last_n) <= step_n);
+        last_n = now_n;
+    }
     assert_near(hold(RADIUS_M + 0.001, 2000)->wrench.force_n.z, full_n, 1e-3 * full_n);
 }
 

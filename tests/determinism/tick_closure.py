@@ -18,8 +18,10 @@ import sys
 import tempfile
 from pathlib import Path
 
-# libccd's intersection test: fixed memory, capped steps (tests/unit/test_tool_cull.c)
-ALLOWED = {"sqrt", "fabs", "memcpy", "memmove", "memset", "memcmp", "strcmp", "ccdGJKIntersect"}
+# libccd's intersection test: fixed memory, capped steps (tests/unit/test_tool_cull.c), and its first
+# direction, a constant
+ALLOWED = {"sqrt", "fabs", "memcpy", "memmove", "memset", "memcmp", "strcmp", "ccdGJKIntersect",
+           "ccdFirstDirDefault"}
 LINKER = {"_GLOBAL_OFFSET_TABLE_"}
 
 

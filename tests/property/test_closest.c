@@ -3,6 +3,7 @@
  * 000 points within 5 % of the diagonal of the surface and 1 000 over a box three times the body
  * (times SHCD_TEST_SCALE). Never a wrong basin, distance within 1e-9 of max(diagonal, distance),
  * interval true, sign right. */
+#include "property/usual.h"
 #include "shcd/shcd.h"
 #include "support/brute.h"
 #include "support/check.h"
@@ -172,6 +173,7 @@ static void test_closest_against_brute_force(void **state) {
     /* every point is settled within the default caps; near ties and focal points stay rare */
     assert_at_most((double)t.truncated, 0.001 * (double)t.n);
     assert_true(t.signs_checked >= t.n / 2);
+    usual_check(USUAL_CLOSEST, b.path, t.n, t.evaluations, t.patches);
     body_close(&b);
 }
 

@@ -7,6 +7,7 @@
  * focal points and points where two feet are equally far. What brute force finds is the distance of
  * a point of the surface, hence an upper bound of the truth: `lower` may never exceed it, nor may
  * it be nearer than `upper` less the tolerance. */
+#include "property/usual.h"
 #include "shcd/shape.h"
 #include "support/bodies.h"
 #include "support/brute.h"
@@ -16,7 +17,8 @@
 #define AMPLITUDE 0.1 /* [diagonals] of displacements and of points' distances */
 #define DEFORMATIONS 64
 #define POINTS 50
-#define PER_RANDOM_BODY 16 /* deformations */
+#define RANDOM_BODIES_MIN 4 /* however few deformations there are, as long as there are so many */
+#define PER_RANDOM_BODY_MAX 16 /* deformations */
 #define CHECKED_DIRECTIONS 400
 #define DENSE 96
 #define COARSE 40
@@ -37,7 +39,7 @@ typedef struct body {
     shcd_model_info info;
     shcd_shape *shape;
     size_t n; /* coefficients, with their three coordinates */
-    size_t n_shapes;
+    size_t n_shapes, n_bodies;
     double *current, *change;
     brute *dense, *coarse;
     double dense_deviation, coarse_deviation;
@@ -392,12 +394,15 @@ static void test_closest_on_deformed_shapes(void **state) {
     b.name = *(const char **)*state;
     b.random.state = SEED;
     if (strcmp(b.name, "random") == 0) {
-        for (size_t i = 0; i < n; i += PER_RANDOM_BODY) {
+        const size_t fair = n / RANDOM_BODIES_MIN > 1 ? n / RANDOM_BODIES_MIN : 1;
+        const size_t each = fair < PER_RANDOM_BODY_MAX ? fair : PER_RANDOM_BODY_MAX;
+        for (size_t i = 0; i < n; i += each) {
             const int degree = 1 + (int)check_uniform(&b.random, 0.0, 15.0);
             const double rough = check_uniform(&b.random, 0.0, 1.0) < 0.7 ? 0.05 : 0.3;
             body_open(&b, bodies_create_random(&b.random, degree, rough));
-            check_deformations(&b, n - i < PER_RANDOM_BODY ? n - i : PER_RANDOM_BODY);
+            check_deformations(&b, n - i < each ? n - i : each);
             body_close(&b);
+            b.n_bodies++;
         }
     } else {
         shcd_model *model = NULL;
@@ -419,6 +424,11 @@ static void test_closest_on_deformed_shapes(void **state) {
     /* a quarter is looked at; of rough shapes that cut themselves half the signs are not sure */
     assert_true(t->signs_checked >= total / 16);
     assert_true(t->inflated > 0);
+    if (strcmp(b.name, "random") == 0) {
+        assert_true(n < RANDOM_BODIES_MIN || b.n_bodies >= RANDOM_BODIES_MIN);
+    } else {
+        usual_check(USUAL_DEFORMED, b.name, total, t->evaluations, t->patches);
+    }
 }
 
 int main(int argc, char **argv) {

@@ -3,89 +3,7 @@
  * modes of a soft body, a heartbeat that brings energy in. What they hold and bring in is what the
  * tick reports (shcd_effect_output); on closed paths the inequality of shcd/energy.h holds in every
  * tick, with K the sum of the springs that the tool feels at once. */
-#include "paths.h"
-
-#include "shcd/shcd.h"
-#include "support/soft.h"
-
-#include <float.h>
-#include <stdbool.h>
-#include <string.h>
-
-#define TICKS 300
-#define RADIUS_M 0.003
-#define K_N_PER_M 700.0
-#define DEPTH_M 0.005
-#define EFFECTS_MAX 8
-/* As in test_ledger.c: a depth to 1e-9 of the diagonal, and the rounding of the sums. A soft body's
- * modes move with millinewton seconds and hold their energy to 4 ulp a tick. */
-#define TOLERANCE_J (K_N_PER_M * DEPTH_M * 1e-9 * 0.2 * 2.0 + TICKS * 8.0 * DBL_EPSILON)
-
-typedef struct account {
-    fixture f;
-    shcd_ledger ledger;
-    shcd_effect_output effects[EFFECTS_MAX];
-    shcd_vec3 forces_n[EFFECTS_MAX];
-    double entry_j[EFFECTS_MAX];
-    size_t n_effects;
-    double stiffness_n_per_m;
-    double driven_j;
-    double least_j;
-    double stored_most_j;
-} account;
-
-static void account_open(account *a, const shcd_model *model, const shcd_effect_def *effects,
-                         size_t n, double stiffness_n_per_m) {
-    const shcd_body_def body = fixture_body("body", model, fixture_pose(0, 0, 0), effects, n);
-    const shcd_tool_def tool = fixture_tool("tool", RADIUS_M);
-    memset(a, 0, sizeof *a);
-    fixture_open(&a->f, &body, 1, &tool, 1);
-    a->n_effects = shcd_scene_effect_count(a->f.scene);
-    assert_int_equal(a->n_effects, n);
-    a->stiffness_n_per_m = stiffness_n_per_m;
-}
-
-static void account_reset(account *a) {
-    memset(&a->ledger, 0, sizeof a->ledger);
-    memset(a->forces_n, 0, sizeof a->forces_n);
-    memset(a->entry_j, 0, sizeof a->entry_j);
-    assert_int_equal(
-        shcd_state_init(a->f.scene, a->f.memory, shcd_state_size(a->f.scene), &a->f.state),
-        SHCD_OK);
-    a->least_j = HUGE_VAL;
-    a->stored_most_j = a->driven_j = 0.0;
-}
-
-static void account_tick(account *a, shcd_vec3 p) {
-    const shcd_pose pose = {p, {1.0, 0.0, 0.0, 0.0}};
-    (void)shcd_ledger_move(&a->ledger, &pose, FIXTURE_TICK_S);
-    shcd_ledger_share(&a->ledger, a->forces_n, a->n_effects, a->entry_j);
-    a->f.in[0].tool_in_world = pose;
-    a->f.in[0].velocity_m_per_s = shcd_scale(1.0 / FIXTURE_TICK_S, a->ledger.moved_m);
-    const shcd_input input = {.dt_s = FIXTURE_TICK_S, .tools = a->f.in, .n_tools = 1};
-    shcd_output output = {.tools = a->f.out,
-                          .n_tools = 1,
-                          .effects = a->effects,
-                          .n_effects = a->n_effects,
-                          .effect_forces_n = a->forces_n};
-    assert_int_equal(shcd_step(a->f.scene, a->f.state, &input, &output), SHCD_OK);
-    double stored_j = 0.0, driven_j = 0.0;
-    for (size_t e = 0; e < a->n_effects; e++) {
-        stored_j += a->effects[e].stored_j;
-        driven_j += a->effects[e].work_j;
-    }
-    const shcd_ledger_input held = {.published = a->f.out[0].wrench,
-                                    .model = a->f.out[0].wrench,
-                                    .velocity_m_per_s = a->f.in[0].velocity_m_per_s,
-                                    .stored_j = stored_j,
-                                    .driven_j = driven_j - a->driven_j,
-                                    .stiffness_n_per_m = a->stiffness_n_per_m};
-    assert_int_equal(shcd_ledger_hold(&a->ledger, &held), SHCD_OK);
-    assert_true(stored_j >= 0.0);
-    a->driven_j = driven_j;
-    a->stored_most_j = fmax(a->stored_most_j, stored_j);
-    a->least_j = fmin(a->least_j, shcd_ledger_margin(&a->ledger));
-}
+#include "account.h"
 
 /* Closed paths; then the tool waits outside, as bodies go on moving. */
 static void check_paths(const shcd_model *model, const shcd_effect_def *effects, size_t n,
@@ -94,7 +12,7 @@ static void check_paths(const shcd_model *model, const shcd_effect_def *effects,
     check_random r = {seed};
     const size_t n_paths = check_scaled(60);
     assert_non_null(a);
-    account_open(a, model, effects, n, stiffness_n_per_m);
+    account_open(a, model, NULL, effects, n, stiffness_n_per_m);
     for (size_t i = 0; i < n_paths; i++) {
         const path p =
             path_make(model, (path_kind)(i % PATH_KINDS), bodies_random_direction(&r), RADIUS_M,

@@ -92,6 +92,10 @@ static void test_scene_states_the_reserve(void **state) {
                 0.0);
     assert_near(reserve_of("passivity: {reserve_j: 0.1}\n" NOTHING), 0.1, 0.0);
     assert_true(reserve_of("passivity: off\n" NOTHING) == HUGE_VAL);
+    /* a longer delay: each tick of it may hold a full wrench */
+    assert_near(reserve_of("delay_s: 0.001\n" NOTHING), 0.048, 1e-15);
+    assert_near(reserve_of("delay_s: 0.002\n" NOTHING), 0.072, 1e-15);
+    assert_near(reserve_of("delay_s: 0.008\n" NOTHING), 0.216, 1e-15);
 }
 
 static void write_wall(char *text, size_t size, double rate_hz, double k) {

@@ -3,6 +3,8 @@
  * which a tool went in, continuity, replay. */
 #include "support/scene_fixture.h"
 
+#include <float.h>
+
 #define RADIUS_M 0.05
 #define STIFFNESS_N_PER_M 300.0
 
@@ -34,6 +36,15 @@ static int free_models(void **state) {
 static shcd_quat turn_about(shcd_vec3 axis, double angle) {
     const double s = sin(0.5 * angle);
     const shcd_quat q = {cos(0.5 * angle), s * axis.x, s * axis.y, s * axis.z};
+    return q;
+}
+
+/* First b, then a. */
+static shcd_quat turn_after(shcd_quat a, shcd_quat b) {
+    const shcd_vec3 u = {a.x, a.y, a.z}, v = {b.x, b.y, b.z};
+    const shcd_vec3 w =
+        shcd_add(shcd_add(shcd_scale(a.w, v), shcd_scale(b.w, u)), shcd_cross(u, v));
+    const shcd_quat q = {a.w * b.w - shcd_dot(u, v), w.x, w.y, w.z};
     return q;
 }
 
@@ -125,6 +136,131 @@ static void test_convex_hull_on_sphere_matches_closed_form(void **state) {
     press(&tool, 0.0, points[3], shcd_vec3_make(0.1, 0.0, 1.0), 40);
     press(&tool, 0.0, shcd_vec3_make(0.001, 0.002, 0.0), shcd_vec3_make(0.0, 0.0, -1.0), 41);
     shcd_tool_geometry_free(geometry);
+}
+
+/* ---- closed forms on a plane ---------------------------------------------------------------- */
+
+/* A ball of 2 m is a plane to this: a point at the height h over its top's tangent plane and rho
+ * from the axis is sqrt(rho^2 + (R + h)^2) - R = h + [0, rho^2/(2 (R + h))] away from it, and the
+ * normal below it is tilted by at most rho/(R + h). */
+#define PLANE_RADIUS_M 2.0
+static double plane_error(double rho_m, double h_m) {
+    return 0.5 * rho_m * rho_m / (PLANE_RADIUS_M + h_m);
+}
+
+static const shcd_vec3 box_half = {0.004, 0.003, 0.002};
+
+/* The box's corner that lies lowest along z when turned so, and the least rise per length along the
+ * three edges that leave it: every point of the box is at least that times its distance higher. */
+static shcd_vec3 lowest_corner(shcd_quat turn, double *rise) {
+    const shcd_vec3 up = shcd_rotate(shcd_conjugate(turn), shcd_vec3_make(0.0, 0.0, 1.0));
+    *rise = fmin(fabs(up.x), fmin(fabs(up.y), fabs(up.z)));
+    return shcd_vec3_make(up.x > 0.0 ? -box_half.x : box_half.x,
+                          up.y > 0.0 ? -box_half.y : box_half.y,
+                          up.z > 0.0 ? -box_half.z : box_half.z);
+}
+
+/* One press with that corner, rounded by r, `depth` below the plane and off the ball's axis. */
+static void press_corner(fixture *f, shcd_pose body, double r, shcd_quat turn, shcd_vec3 off,
+                         double depth) {
+    double rise;
+    const shcd_vec3 corner = lowest_corner(turn, &rise), z = {0.0, 0.0, 1.0};
+    const shcd_pose box_in_body =
+        pose_with(corner, shcd_mul_add(off, PLANE_RADIUS_M + r - depth, z), turn);
+    const shcd_vec3 n = shcd_rotate(body.orientation, z);
+    const shcd_vec3 lever = shcd_rotate(
+        body.orientation, shcd_mul_add(shcd_rotate(turn, corner), -r, z)); /* from its middle */
+    f->in[0].tool_in_world.position_m = shcd_transform(body, box_in_body.position_m);
+    f->in[0].tool_in_world.orientation = turn_after(body.orientation, turn);
+    fixture_step(f);
+    const shcd_tool_output *out = &f->out[0];
+    /* what the query promises, and the plane */
+    const double rho = shcd_norm(off), h = r - depth;
+    const double promise = GAP_TOLERANCE * 2.0 * sqrt(3.0) * PLANE_RADIUS_M;
+    const double tilt = rho / (PLANE_RADIUS_M + h);
+    const double error = promise + plane_error(rho, h);
+    const double force = depth > 0.0 ? STIFFNESS_N_PER_M * depth : 0.0;
+    /* a point of the box that is as near to the ball as the corner to the promise lies no farther
+     * from the corner than this; the ball's own slope there is below a tenth of the box's rise */
+    const double astray = promise / (0.9 * rise);
+    assert_true(error < 1e-2 * 0.002);
+    assert_near(out->distance_m, -depth, error);
+    if (fabs(depth) > error) {
+        assert_int_equal(out->n_contacts, depth > 0.0);
+    }
+    const double force_error = STIFFNESS_N_PER_M * error + force * (tilt + astray / PLANE_RADIUS_M);
+    assert_vec3_near(out->wrench.force_n, shcd_scale(force, n), force_error);
+    assert_vec3_near(out->wrench.torque_n_m, shcd_cross(lever, shcd_scale(force, n)),
+                     force_error * shcd_norm(lever) + force * astray);
+}
+
+static void test_convex_box_corner_on_a_plane_matches_closed_form(void **state) {
+    shcd_model *plane = fixture_sphere(PLANE_RADIUS_M);
+    (void)state;
+    for (size_t k = 0; k < 2; k++) {
+        const double r = k == 0 ? 0.0 : 0.0005;
+        shcd_tool_geometry *geometry = fixture_box(box_half.x, box_half.y, box_half.z, r);
+        const shcd_tool_def tool = fixture_tool_of("box", SHCD_TOOL_BOX, geometry);
+        check_random random = {50 + k};
+        for (size_t i = 0; i < check_scaled(60); i++) {
+            const shcd_pose body = fixture_random_pose(&random, 0.5);
+            const double x = check_uniform(&random, -0.002, 0.002);
+            const double y = check_uniform(&random, -0.002, 0.002);
+            const double depth = check_uniform(&random, -0.001, 0.002);
+            shcd_quat turn;
+            double rise;
+            do {
+                turn = fixture_random_pose(&random, 0.0).orientation;
+                lowest_corner(turn, &rise);
+            } while (rise < 0.2);
+            fixture f;
+            fixture_open_with(&f, plane, body, &tool);
+            press_corner(&f, body, r, turn, shcd_vec3_make(i % 3 == 0 ? 0.0 : x, y, 0.0), depth);
+            fixture_close(&f);
+        }
+        shcd_tool_geometry_free(geometry);
+    }
+    shcd_model_free(plane);
+}
+
+/* Flat on its face, its middle up to a whole half side off the axis. On a plane any point of the
+ * face may carry the force, so the torque is that of a lever within the face; and it is the one of
+ * the contact that the output names. */
+static void test_convex_box_face_on_a_plane_keeps_force_and_torque_in_balance(void **state) {
+    shcd_model *plane = fixture_sphere(PLANE_RADIUS_M);
+    shcd_tool_geometry *geometry = fixture_box(box_half.x, box_half.y, box_half.z, 0.0);
+    const shcd_tool_def tool = fixture_tool_of("box", SHCD_TOOL_BOX, geometry);
+    const double side = sqrt(box_half.x * box_half.x + box_half.y * box_half.y);
+    const double promise = GAP_TOLERANCE * 2.0 * sqrt(3.0) * PLANE_RADIUS_M;
+    check_random random = {52};
+    (void)state;
+    for (size_t i = 0; i < check_scaled(60); i++) {
+        const double x = check_uniform(&random, -1.0, 1.0) * box_half.x;
+        const double y = check_uniform(&random, -1.0, 1.0) * box_half.y;
+        const double depth = check_uniform(&random, 0.0005, 0.002);
+        const shcd_vec3 at = {x, y, PLANE_RADIUS_M - depth + box_half.z};
+        fixture f;
+        fixture_open_with(&f, plane, fixture_pose(0.0, 0.0, 0.0), &tool);
+        const shcd_tool_output *out = fixture_move(&f, at, at_rest);
+        const shcd_vec3 force = out->wrench.force_n, torque = out->wrench.torque_n_m;
+        const double force_n = STIFFNESS_N_PER_M * depth;
+        /* no point of the face is farther than 2 sides from the axis */
+        const double error = promise + plane_error(2.0 * side, -depth);
+        const double tilt = 2.0 * side / (PLANE_RADIUS_M - depth);
+        assert_near(force.z, force_n, STIFFNESS_N_PER_M * error + force_n * tilt * tilt);
+        assert_at_most(hypot(force.x, force.y), force_n * tilt);
+        /* lever (x, y, -half z) x F: the rest comes from the force's slant */
+        const double slant = force_n * tilt * (box_half.z + depth);
+        assert_at_most(fabs(torque.x), force.z * box_half.y + slant);
+        assert_at_most(fabs(torque.y), force.z * box_half.x + slant);
+        assert_at_most(fabs(torque.z), force_n * tilt * side);
+        /* proxy and tool's point lie on one line along the force: rounding of R = 2 m */
+        assert_vec3_near(torque, shcd_cross(shcd_sub(out->proxy_m, at), force),
+                         64.0 * DBL_EPSILON * PLANE_RADIUS_M * force_n);
+        fixture_close(&f);
+    }
+    shcd_tool_geometry_free(geometry);
+    shcd_model_free(plane);
 }
 
 /* A sphere made as a geometry is the sphere made without one, bit for bit. */
@@ -293,6 +429,8 @@ int main(void) {
         cmocka_unit_test(test_convex_capsule_on_sphere_matches_closed_form),
         cmocka_unit_test(test_convex_box_on_sphere_matches_closed_form),
         cmocka_unit_test(test_convex_hull_on_sphere_matches_closed_form),
+        cmocka_unit_test(test_convex_box_corner_on_a_plane_matches_closed_form),
+        cmocka_unit_test(test_convex_box_face_on_a_plane_keeps_force_and_torque_in_balance),
         cmocka_unit_test(test_convex_sphere_geometry_is_a_sphere),
         cmocka_unit_test(test_convex_turning_in_is_damped_at_the_contacts_speed),
         cmocka_unit_test(test_convex_tool_pushed_through_a_plate_comes_back_the_way_it_went),

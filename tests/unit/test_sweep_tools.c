@@ -5,6 +5,7 @@
 #include "shcd/sweep.h"
 #include "support/bodies.h"
 #include "support/check.h"
+#include "support/sweep_path.h"
 
 #define BALL 0.3
 #define TIMES 4000
@@ -39,31 +40,10 @@ static double clamp(double x, double half) {
     return x < -half ? -half : x > half ? half : x;
 }
 
-/* The path that the header defines. */
-static shcd_pose pose_at(const shcd_sweep_def *def, double t) {
-    const shcd_quat a = def->from.orientation;
-    shcd_quat b = def->to.orientation;
-    if (a.w * b.w + a.x * b.x + a.y * b.y + a.z * b.z < 0.0) {
-        b.w = -b.w;
-        b.x = -b.x;
-        b.y = -b.y;
-        b.z = -b.z;
-    }
-    shcd_quat u = {a.w + t * (b.w - a.w), a.x + t * (b.x - a.x), a.y + t * (b.y - a.y),
-                   a.z + t * (b.z - a.z)};
-    const double n = sqrt(u.w * u.w + u.x * u.x + u.y * u.y + u.z * u.z);
-    const shcd_quat q = {u.w / n, u.x / n, u.y / n, u.z / n};
-    shcd_pose pose;
-    pose.orientation = q;
-    pose.position_m =
-        shcd_add(shcd_scale(1.0 - t, def->from.position_m), shcd_scale(t, def->to.position_m));
-    return pose;
-}
-
 /* From the ball's centre to the core, less both radii. */
 static double gap_at(const convex *tool, const shcd_sweep_def *def, double t) {
     const shcd_vec3 zero = {0.0, 0.0, 0.0};
-    const shcd_vec3 c = shcd_transform_inverse(pose_at(def, t), zero);
+    const shcd_vec3 c = shcd_transform_inverse(sweep_path_pose(def, t), zero);
     const shcd_vec3 on = {clamp(c.x, tool->half.x), clamp(c.y, tool->half.y),
                           clamp(c.z, tool->half.z)};
     return shcd_norm(shcd_sub(c, on)) - tool->radius - BALL;
@@ -133,11 +113,13 @@ static void run(int kind, uint64_t seed) {
                 assert_true(gap_at(&t, &def, 0.0) <= 1e-9);
                 continue;
             }
-            if (out.outcome == SHCD_SWEEP_TRUNCATED)
-                print_message("TRUNC t %g [%g %g] steps %u queries %u ev %u\n", out.time,
-                              out.lower_m, out.upper_m, out.n_steps, out.n_queries,
-                              out.n_evaluations);
-            assert_true(out.outcome != SHCD_SWEEP_TRUNCATED);
+            if (out.outcome == SHCD_SWEEP_TRUNCATED) {
+                fail_msg(
+                    "sweep %zu of tool %zu ended at a cap: time %g, gap in [%g, %g], %u steps, "
+                    "%u queries, %u evaluations",
+                    k, i, out.time, out.lower_m, out.upper_m, out.n_steps, out.n_queries,
+                    out.n_evaluations);
+            }
             check_sweep(&t, &def, &out);
             n_contacts += out.outcome == SHCD_SWEEP_CONTACT;
             steps = out.n_steps > steps ? out.n_steps : steps;

@@ -138,16 +138,17 @@ shcd_status shcdi_learned_effect_check(const char *body, const shcd_model *model
         n_learned += active[e].effect == &shcdi_effect_learned;
         other = active[e].effect == &shcdi_effect_wave ? active[e].effect : other;
     }
+    if (n_learned > 0 && other != NULL) {
+        return shcdi_fail(
+            error, SHCD_ERR_ARGUMENT,
+            "scene_create: body '%s': effect 'learned': it is the static answer of the "
+            "whole body, and so is 'wave'; give one of them",
+            body);
+    }
     if (n_learned > 0 && shcd_model_learned(model) == NULL) {
         return shcdi_fail(error, SHCD_ERR_ARGUMENT,
                           "scene_create: body '%s': effect 'learned': its model has no learned "
                           "response; 'shcd train' adds one",
-                          body);
-    }
-    if (n_learned > 0 && other != NULL) {
-        return shcdi_fail(error, SHCD_ERR_ARGUMENT,
-                          "scene_create: body '%s': effects 'learned' and 'wave' are both the "
-                          "static answer of the whole body; give one of them",
                           body);
     }
     return SHCD_OK;

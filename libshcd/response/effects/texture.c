@@ -21,8 +21,8 @@
  * or grooves A sin kx; pressing in straight on leaves it where it is. The hand feels it up to a
  * speed of a quarter of a wavelength in a tick. */
 #include "base/elementary.h"
-#include "model/model.h"
 #include "response/effects.h"
+#include "response/foot_motion.h"
 
 #define PI 3.14159265358979324
 #define FADE 3.0 /* depth at which all of the relief is felt, in amplitudes */
@@ -76,37 +76,11 @@ static double relief(const double *constants, shcd_vec3 at, shcd_vec3 *gradient)
     return a * (sine.x + sine.y + sine.z);
 }
 
-/* s, or as much of it as keeps 1 - s k above 1/2 for both curvatures k of II by I. */
-static double bounded(double s, const double one[3], const double two[3]) {
-    const double det = one[0] * one[2] - one[1] * one[1];
-    const double mean = 0.5 * (two[0] * one[2] - 2.0 * two[1] * one[1] + two[2] * one[0]) / det;
-    const double gauss = (two[0] * two[2] - two[1] * two[1]) / det;
-    const double half = sqrt(shcdi_max(0.0, mean * mean - gauss));
-    const double worst = shcdi_max(s * (mean + half), s * (mean - half));
-    return worst > 0.5 ? s * (0.5 / worst) : s;
-}
-
 /* J grad h */
 static shcd_vec3 pulled_back(const shcdi_touch *touch, shcd_vec3 gradient) {
-    const shcd_vec3 flat =
-        shcd_mul_add(gradient, -shcd_dot(gradient, touch->normal), touch->normal);
-    const shcd_model *model = touch->model;
-    shcdi_jet jet;
-    shcdi_surface_jet(&model->series, model->degree, touch->parameter, &jet);
-    const double one[3] = {shcd_dot(jet.s1, jet.s1), shcd_dot(jet.s1, jet.s2),
-                           shcd_dot(jet.s2, jet.s2)};
-    const double det_one = one[0] * one[2] - one[1] * one[1];
-    if (!(det_one > 1e-12 * one[0] * one[2])) {
-        return flat; /* a parameter where the surface has no tangent plane */
-    }
-    const shcd_vec3 n = touch->normal;
-    const double two[3] = {shcd_dot(jet.s11, n), shcd_dot(jet.s12, n), shcd_dot(jet.s22, n)};
-    const double s = bounded(touch->tool_radius_m - touch->depth_m, one, two);
-    const double m[3] = {one[0] - s * two[0], one[1] - s * two[1], one[2] - s * two[2]};
-    const double det = m[0] * m[2] - m[1] * m[1];
-    const double h1 = shcd_dot(gradient, jet.s1), h2 = shcd_dot(gradient, jet.s2);
-    const double a1 = (m[2] * h1 - m[1] * h2) / det, a2 = (m[0] * h2 - m[1] * h1) / det;
-    return shcd_add(shcd_scale(a1, jet.s1), shcd_scale(a2, jet.s2));
+    double bounded_m;
+    return shcdi_foot_motion(touch->model, touch->parameter, touch->normal,
+                             touch->tool_radius_m - touch->depth_m, gradient, &bounded_m);
 }
 
 static void bend(const double *constants, const shcdi_touch *touch, void *memory,
