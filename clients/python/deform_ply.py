@@ -148,8 +148,11 @@ def main():
     def wait(due, what, is_wanted):
         """The first such message, at `due` or later."""
         latest.clear()
-        give_up = time.monotonic() + options.wait
+        give_up = max(due, time.monotonic()) + options.wait
         while True:
+            # the newest: what has queued up while a shape was written is old
+            while select.select([link.fileno()], [], [], 0)[0]:
+                link.handle()
             message = latest.get("message")
             if message is not None and time.monotonic() >= due and is_wanted(message):
                 return message
@@ -157,8 +160,7 @@ def main():
                 sys.exit(f"deform_ply: {what} of body {options.body} in {options.wait:g} s: " + (
                     "does shcdd run here, with that body in its scene?" if message is None else
                     "something presses it; --first takes the first shape as it is"))
-            if select.select([link.fileno()], [], [], 0.02)[0]:
-                link.handle()
+            select.select([link.fileno()], [], [], 0.02)
 
     subscription = link.subscribe("SHCD_DEFORM", on_deform)
     due = time.monotonic()

@@ -82,7 +82,7 @@ static const length_unit *unit_of(double smallest_m) {
 }
 
 /* A measured figure is raised by half a percent first, more than three digits can lose: whoever
- * asks for what is printed is not refused for the digits that were left out. No exponents. */
+ * asks for what is printed is not refused for the digits that were left out. */
 static void print_figure(char text[32], double value, int is_measured) {
     const double raised = 1.0051 * value;
     if (is_measured) {

@@ -81,10 +81,11 @@ static int is_direction(shcd_vec3 w) {
     return fabs(shcd_dot(w, w) - 1.0) < 1e-6;
 }
 
-/* Bytes that nobody made: what a certificate says is proven anew or counts for nothing, but its
- * foot has to be a place on the sphere, and its patience is a number of bits. */
+/* Bytes that nobody made may claim margins that are none, and make the answer wrong; but they must
+ * not lead out of tables or numbers: the foot has to be a place on the sphere, the sign a sign, and
+ * the patience a number of bits. */
 static int is_plausible(const lasting *c) {
-    return is_direction(c->w) && c->level <= LEVEL_MAX;
+    return is_direction(c->w) && c->level <= LEVEL_MAX && c->sign >= -1 && c->sign <= 1;
 }
 
 /* The foot moves by H^-1 J^T dp while the surface stands still. */

@@ -13,7 +13,7 @@ typedef struct shcdi_ellipsoid_foot {
     double lower_m;    /**< of the unsigned distance: certified for the ellipsoid whose axes are the
                             nearest orthonormal ones, and the point within skew |p - centre| */
     double upper_m;
-    int sign; /**< -1 inside, +1 outside, likewise certified; 0 not known */
+    int sign; /**< -1 inside, +1 outside, certified where lower_m > 0; 0 not known */
     shcd_vec3 point_m, normal, parameter;
     int n_steps;
 } shcdi_ellipsoid_foot;

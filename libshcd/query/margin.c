@@ -146,11 +146,17 @@ shcdi_margin shcdi_margin_outside(shcdi_search *s, const shcdi_foot *foot,
     size_t leaf;
     double lower, unused = 0.0;
     shcdi_survivors_begin(s, &it, limit);
-    while (margin.rho_m > least && shcdi_survivors_next(s, &it, &leaf, &lower)) {
+    while (margin.rho_m > least && s->n_patches < s->patches_max &&
+           shcdi_survivors_next(s, &it, &leaf, &lower)) {
         if (!shcdi_search_in_ball(s, leaf, &unused)) {
             margin.rho_m = shcdi_min(
                 margin.rho_m, leaf_margin(s, foot, leaf, lower, margin.rho_m, &margin.near_m));
+            s->n_patches++;
         }
+    }
+    /* a leaf around S0 itself leaves no near_m, and a budget that is spent leaves leaves */
+    if (!(margin.rho_m > least && margin.near_m > 0.0) || s->n_patches >= s->patches_max) {
+        return none;
     }
     margin.rho_m -= 20.0 * s->slack * (1.0 + 2.0 * foot->distance / margin.near_m);
     margin.rho_m *= INWARD;

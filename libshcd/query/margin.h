@@ -16,7 +16,7 @@ typedef struct shcdi_margin {
  *  @param[in]     wanted  no more than this is looked for [m]
  *  @param[in]     least   less than this is not looked for, and 0 returned [m]
  *  @param[out]    cap     the cap's angle, less than room
- *  RT safe: at most the scan that s->patches_max allows. */
+ *  RT safe: each block and leaf that is looked at counts as a patch, at most s->patches_max. */
 shcdi_margin shcdi_margin_outside(shcdi_search *s, const shcdi_foot *foot,
                                   const shcdi_leaf_bounds *bounds, double room, double wanted,
                                   double least, double *cap);

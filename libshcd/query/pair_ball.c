@@ -12,6 +12,8 @@
 
 /* of the tolerance: what the half axes may differ by */
 #define ROUND_SHARE 0.25
+/* where the distance of the centre is clear it takes a few */
+#define CENTRE_EVALUATIONS 1000u
 
 static const shcdi_ellipsoid *ball_of(const shcdi_pair_body *body, double allowed) {
     const shcdi_ellipsoid *e = shcdi_ellipsoid_of(body->model, body->shape);
@@ -32,14 +34,21 @@ shcd_status shcdi_pair_ball(shcdi_pair_search *s, double allowed, double *lower)
         return SHCD_OK;
     }
     const shcd_pose pose = s->body[which].pose;
+    const shcd_vec3 centre = shcd_transform(pose, e->centre_m);
+    const double radius = e->half_m[0] + e->error_m;
     shcd_proximity got;
-    const shcd_status status =
-        shcdi_pair_query(s, 1 - which, shcd_transform(pose, e->centre_m), SHCD_TIER_EXACT, &got);
+    /* from the middle of a round body everything is equally near: that must not cost the search its
+     * budget */
+    const uint32_t all = s->evaluations_max;
+    s->evaluations_max =
+        all > s->n_evaluations + CENTRE_EVALUATIONS ? s->n_evaluations + CENTRE_EVALUATIONS : all;
+    const shcd_status status = shcdi_pair_query(s, 1 - which, centre, SHCD_TIER_EXACT, &got);
+    s->evaluations_max = all;
     if (status != SHCD_OK) {
         return status;
     }
-    const double apart = got.lower_m - (e->half_m[0] + e->error_m) - s->slack;
-    if (!(apart > 0.0)) {
+    const double apart = got.lower_m - radius - s->slack;
+    if (!(apart > 0.0) || (got.flags & SHCD_PROXIMITY_TRUNCATED) != 0) {
         return SHCD_OK;
     }
     const shcd_vec3 foot = shcd_transform_inverse(pose, got.point_m);

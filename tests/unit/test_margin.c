@@ -143,10 +143,47 @@ static void test_nothing_outside_the_cap_comes_nearer(void **state) {
     assert_true(t.tightest < 1.5); /* else the test would not have come near the bound */
 }
 
+/* From far away the rounding of S is not small beside a leaf about the foot itself, which bounds
+ * nothing: no margin may come of that. */
+static void test_far_points_get_no_false_margin(void **state) {
+    check_random random = {413};
+    tally t = {0, 0, HUGE_VAL};
+    (void)state;
+    for (int b = 0; b < 3; b++) {
+        shcd_model *m = bodies_create_random(&random, 6, b == 0 ? 0.05 : 0.4);
+        const shcdi_view view = view_of(m);
+        for (size_t i = 0; i < 40 + check_scaled(400); i++) {
+            shcdi_search s;
+            double cap;
+            const double away = view.diagonal_m * pow(10.0, check_uniform(&random, 0.5, 4.0));
+            const shcd_vec3 p =
+                shcd_mul_add(bodies_info(m).centre_m, away, bodies_random_direction(&random));
+            if (!find_foot(&s, &view, p)) {
+                continue;
+            }
+            const shcdi_margin margin = shcdi_margin_outside(
+                &s, &s.best, &s.best_bounds, s.best_room, 0.1 * view.diagonal_m, 0.0, &cap);
+            t.n++;
+            t.n_none += !(margin.rho_m > 0.0);
+            assert_true(margin.rho_m == 0.0 || margin.near_m > 0.0);
+            for (int k = 0; k < AWAY / 4 && margin.rho_m > 0.0; k++) {
+                const shcd_vec3 w = bodies_random_direction(&random);
+                if (shcd_dot(w, s.best.w) < cos(cap) - 1e-12) {
+                    check_place(&view, &s, margin, w, NULL, 0, &t);
+                }
+            }
+        }
+        shcd_model_free(m);
+    }
+    print_message("far: %zu feet, %zu of them without a margin\n", t.n, t.n_none);
+    assert_true(t.n > t.n_none && t.n_none > 0);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_curve_stays_below_f),
         cmocka_unit_test(test_nothing_outside_the_cap_comes_nearer),
+        cmocka_unit_test(test_far_points_get_no_false_margin),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
