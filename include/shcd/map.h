@@ -138,7 +138,7 @@ typedef struct shcd_map_ray {
     uint32_t flags;     /**< shcd_map_flag */
     double bound_m;     /**< with SHCD_MAP_BOUNDED; else +inf */
     double reference_m; /**< r_ref, interpolated like the radii; 0 without a reference */
-    shcd_map_crossing crossing[SHCD_MAP_CROSSINGS_MAX]; /**< count of them, nearest first */
+    shcd_map_crossing crossing[SHCD_MAP_CROSSINGS_MAX]; /**< nearest first; zero beyond count */
 } shcd_map_ray;
 
 /** Makes a map of a model.

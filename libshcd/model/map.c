@@ -204,9 +204,8 @@ shcd_status shcd_map_look_up(const shcd_map *map, shcd_vec3 direction, int inter
     }
     shcdi_map_ray r;
     shcdi_map_look_up(&map->map, unit, hermite, &r);
-    ray->flags = 0;
+    memset(ray, 0, sizeof *ray);
     ray->bound_m = HUGE_VAL;
-    ray->reference_m = 0.0;
     if (map->map.reference != NULL) {
         ray->reference_m = shcdi_map_reference(&map->map, &r.at, hermite);
     }
