@@ -10,6 +10,7 @@
 #include "yaml_value.h"
 
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <time.h>
 
@@ -85,6 +86,7 @@ bool scene_accuracy_read(const yaml_tree *tree, const yaml_node *node, scene_acc
 typedef struct table {
     const shcd_cost_row *rows;
     size_t n;
+    shcd_cost_row *own; /* those of the model's own degree, if no other will do */
     shcd_cost_row measured[COST_QUICK_ROWS * (1 + COUNT(lower_degrees))];
     shcd_model *lower[COUNT(lower_degrees)]; /* those that were made */
 } table;
@@ -104,6 +106,20 @@ static bool has_table(const shcd_model *model, table *t) {
     return t->n > 0 && strcmp(shcd_model_cost_machine(model), here) == 0;
 }
 
+/* Leaves out the rows of lower degrees. */
+static bool keep_own(const shcd_model *model, table *t) {
+    size_t n = 0;
+    t->own = malloc((t->n + 1) * sizeof *t->own);
+    for (size_t i = 0; i < t->n && t->own != NULL; i++) {
+        if (t->rows[i].degree == shcd_model_degree(model)) {
+            t->own[n++] = t->rows[i];
+        }
+    }
+    t->rows = t->own;
+    t->n = n;
+    return t->own != NULL;
+}
+
 static double seconds(void) {
     struct timespec t;
     clock_gettime(CLOCK_MONOTONIC, &t);
@@ -111,6 +127,7 @@ static double seconds(void) {
 }
 
 static void table_free(table *t) {
+    free(t->own);
     for (size_t i = 0; i < COUNT(lower_degrees); i++) {
         shcd_model_free(t->lower[i]);
         t->lower[i] = NULL;
@@ -118,7 +135,7 @@ static void table_free(table *t) {
 }
 
 /* A degree at which the series is no body (inside out, or without volume) is left out. */
-static shcd_status measure_and_choose(const shcd_model *model, const char *body,
+static shcd_status measure_and_choose(const shcd_model *model, const char *body, bool is_whole,
                                       const shcd_accuracy_request *request, table *t,
                                       shcd_accuracy_pair *choice, shcd_error *problem) {
     const double start = seconds();
@@ -127,7 +144,7 @@ static shcd_status measure_and_choose(const shcd_model *model, const char *body,
     t->rows = t->measured;
     t->n = cost_quick(model, model, t->measured) ? COST_QUICK_ROWS : 0;
     shcd_status status = shcd_accuracy_choose(t->rows, t->n, request, choice, NULL, problem);
-    for (size_t i = 0; i < COUNT(lower_degrees) && status == SHCD_ERR_UNSUPPORTED &&
+    for (size_t i = 0; !is_whole && i < COUNT(lower_degrees) && status == SHCD_ERR_UNSUPPORTED &&
                        seconds() - start < MEASURE_SECONDS;
          i++) {
         if (lower_degrees[i] >= shcd_model_degree(model)) {
@@ -193,8 +210,8 @@ static bool make_answer(const shcd_model *model, table *t, const shcd_accuracy_p
 }
 
 bool scene_accuracy_resolve(const yaml_tree *tree, const scene_accuracy *asked,
-                            const shcd_model *model, const char *body, size_t n_tools,
-                            scene_answer *answer) {
+                            const shcd_model *model, const char *body, bool is_whole,
+                            size_t n_tools, scene_answer *answer) {
     table t;
     shcd_accuracy_pair choice = {0, 0.0, 0.0};
     shcd_accuracy_request request = SHCD_ACCURACY_REQUEST_INIT;
@@ -214,9 +231,12 @@ bool scene_accuracy_resolve(const yaml_tree *tree, const scene_accuracy *asked,
         request.extra_error_m = info.fit.hausdorff_error_m;
     }
     const bool is_known = has_table(model, &t);
+    if (is_known && is_whole && !keep_own(model, &t)) {
+        return yaml_fail(tree, NULL, "out of memory");
+    }
     const shcd_status status =
         is_known ? shcd_accuracy_choose(t.rows, t.n, &request, &choice, NULL, &problem)
-                 : measure_and_choose(model, body, &request, &t, &choice, &problem);
+                 : measure_and_choose(model, body, is_whole, &request, &t, &choice, &problem);
     const bool good =
         status == SHCD_OK && make_answer(model, &t, &choice, asked->budget_us, answer, &problem);
     if (good) {

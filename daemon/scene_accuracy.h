@@ -28,9 +28,11 @@ bool scene_accuracy_read(const yaml_tree *tree, const yaml_node *node, scene_acc
 /** Chooses from the model's cost table, or from a measurement made now if the model has none of
  * this machine: that takes up to about a second and prints a line on stderr. Another line there
  * says what was chosen.
- *  @param[in] n_tools  that share the budget */
+ *  @param[in] is_whole  only the model's own degree will do: its effects need the modes or the
+ *                       learned response that the model carries, and one that is cut off has none
+ *  @param[in] n_tools   that share the budget */
 bool scene_accuracy_resolve(const yaml_tree *tree, const scene_accuracy *asked,
-                            const shcd_model *model, const char *body, size_t n_tools,
-                            scene_answer *answer);
+                            const shcd_model *model, const char *body, bool is_whole,
+                            size_t n_tools, scene_answer *answer);
 
 #endif

@@ -140,7 +140,8 @@ static double wave_stiffness(const shcd_effect_info *info, const shcd_effect_def
                : 0.0;
 }
 
-/* An elastic law is in series with the membrane, and has been held against the device by itself. */
+/* A linear or tabulated law is in series with the membrane, and has been held against the device by
+ * itself; a Hertz law takes tools and modes to be held together with it (scene_stiffness.c). */
 static bool check_wave(const yaml_tree *tree, const yaml_node *effect, const shcd_effect_info *info,
                        const yaml_field *fields, const shcd_effect_def *def,
                        const scene_device *device, const scene_law *law) {
@@ -150,7 +151,7 @@ static bool check_wave(const yaml_tree *tree, const yaml_node *effect, const shc
     }
     return yaml_fail(tree, place_of(info, fields, "youngs_modulus_pa", effect),
                      "is %.4g N/m under a press, and device %s renders %.6g N/m at most; put a "
-                     "stiffness beside it, or make the patch smaller",
+                     "linear stiffness beside it, or make the patch smaller",
                      k, device->profile->name, device->stiffness_limit_n_per_m);
 }
 

@@ -270,12 +270,22 @@ static shcd_model *find_loaded(const scene_draft *draft, const daemon_config *co
     return NULL;
 }
 
+/* A model that is cut off after a degree has neither modes nor a learned response. */
+static bool needs_whole_model(const shcd_body_def *def) {
+    bool is_needed = false;
+    for (size_t e = 0; e < def->n_effects; e++) {
+        const char *name = def->effects[e].name;
+        is_needed |= strcmp(name, "wave") == 0 || strcmp(name, "learned") == 0;
+    }
+    return is_needed;
+}
+
 /* The body is queried as its accuracy asks for, perhaps in a lower degree. */
 static bool apply_accuracy(scene_draft *draft, daemon_config *config, size_t i) {
     shcd_body_def *def = &draft->body_defs[i];
     scene_answer answer;
     if (!scene_accuracy_resolve(draft->tree, &draft->bodies[i].accuracy, config->models[i],
-                                def->name, draft->n_tools, &answer)) {
+                                def->name, needs_whole_model(def), draft->n_tools, &answer)) {
         return false;
     }
     def->accuracy = answer.accuracy;
@@ -341,8 +351,13 @@ static bool make_config(scene_draft *draft, daemon_config *config) {
         return scene_effects_fail(draft->tree, draft->effects, draft->body_defs, draft->n_bodies,
                                   problem.message);
     }
+    double radius_m = 0.0;
+    for (size_t i = 0; i < draft->n_tools; i++) {
+        radius_m = fmax(radius_m, draft->shapes[i].geometry.radius_m);
+    }
     for (size_t i = 0; i < draft->n_bodies; i++) {
         if (!scene_stiffness_check_wave(draft->tree, draft->effects[i], config->scene, i,
+                                        &draft->body_defs[i], &draft->bodies[i].law, radius_m,
                                         &draft->device)) {
             return false;
         }

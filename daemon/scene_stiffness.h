@@ -5,6 +5,7 @@
 #define SHCDD_SCENE_STIFFNESS_H
 
 #include "scene_device.h"
+#include "scene_effects.h"
 #include "yaml_tree.h"
 
 #include "shcd/shcd.h"
@@ -19,10 +20,17 @@
 bool scene_stiffness_check_learned(const yaml_tree *tree, const yaml_node *effects,
                                    const shcd_body_def *body, const scene_device *device);
 
-/** Refuses a body whose `wave`, without an elastic law beside it, is stiffer than the device
- *  renders: in a tick of the scene's rate or held, whichever is more (shcd_scene_wave_stiffness()).
- *  @param[in] body  its index in the scene */
+/** Refuses a body whose `wave` is stiffer than the device renders: in a tick of the scene's rate or
+ *  held, whichever is more (shcd_scene_wave_stiffness()). A linear or tabulated law beside it is in
+ *  series and has been held by itself; a Hertz law goes rigid where its contact outgrows the wave's
+ *  patch, and the two are held together, at the device's force.
+ *  @param[in] body           its index in the scene
+ *  @param[in] def            its definition
+ *  @param[in] law            its elastic law
+ *  @param[in] tool_radius_m  the largest of the scene's tools; 0: all are sharp */
 bool scene_stiffness_check_wave(const yaml_tree *tree, const yaml_node *effects,
-                                const shcd_scene *scene, size_t body, const scene_device *device);
+                                const shcd_scene *scene, size_t body, const shcd_body_def *def,
+                                const scene_law *law, double tool_radius_m,
+                                const scene_device *device);
 
 #endif

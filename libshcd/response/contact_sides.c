@@ -255,27 +255,64 @@ static double step_of(const walls *w, double depth_m) {
     return w->pursuit->motion_m + shcdi_max(FADE_SPEED, depth_m / FADE_TIME_S) * w->dt_s;
 }
 
+/* The depth of a wall that fades in is less by what it was short of in the last tick. */
+static void fall_short(walls *w, size_t slot) {
+    shcdi_wall *wall = &w->now[slot];
+    wall->short_m = shcdi_min(wall->short_m, wall->depth_m);
+    wall->depth_m -= wall->short_m;
+}
+
 static void catch_up(walls *w, size_t slot) {
     shcdi_wall *wall = &w->now[slot];
     double sine = 0.0;
     if (wall->short_m > 0.0) {
         (void)idle_depth(w, slot, &sine);
-        wall->short_m = shcdi_max(0.0, wall->short_m - sine * step_of(w, wall->depth_m));
-        wall->depth_m = shcdi_max(0.0, wall->depth_m - wall->short_m);
+        const double whole_m = wall->depth_m + wall->short_m;
+        wall->short_m = shcdi_max(0.0, wall->short_m - sine * step_of(w, whole_m));
+        wall->depth_m = whole_m - wall->short_m;
     }
 }
 
-/* A wall of the last tick that has not been found again. */
+/* A wall of the last tick that has not been found again stays, for now, where it was, as deep as
+ * its plane allows. It is no newer than it was. */
+static void keep_last(walls *w, size_t slot) {
+    const shcdi_wall *last = &w->last[slot];
+    const double in_plane_m = w->radius_m - shcd_dot(shcd_sub(w->p, last->foot_m), last->normal);
+    w->now[slot] = *last;
+    w->now[slot].is_new = 0;
+    w->now[slot].depth_m = shcdi_min(last->depth_m, in_plane_m);
+    w->now[slot].short_m = shcdi_max(0.0, in_plane_m - w->now[slot].depth_m);
+}
+
 static void fade_out(walls *w, size_t slot) {
-    shcdi_wall wall = w->last[slot];
+    shcdi_wall *wall = &w->now[slot];
+    const double in_plane_m = wall->depth_m + wall->short_m, last_m = w->last[slot].depth_m;
     double sine;
-    const double in_plane_m = w->radius_m - shcd_dot(shcd_sub(w->p, wall.foot_m), wall.normal);
-    w->now[slot] = wall;
     const double idle_m = idle_depth(w, slot, &sine);
-    wall.depth_m = shcdi_min(wall.depth_m - sine * step_of(w, wall.depth_m), in_plane_m);
-    wall.short_m = shcdi_max(0.0, in_plane_m - wall.depth_m);
-    wall.is_touching = wall.depth_m > idle_m;
-    w->now[slot] = wall;
+    wall->depth_m = shcdi_min(last_m - sine * step_of(w, last_m), in_plane_m);
+    wall->short_m = shcdi_max(0.0, in_plane_m - wall->depth_m);
+    wall->is_touching = wall->depth_m > idle_m;
+}
+
+/* Each fade goes by what the other walls leave it, so that all of them are where they were left in
+ * the last tick before the first one moves on. */
+static void fade(walls *w) {
+    bool is_ending[SHCDI_WALLS_MAX];
+    for (size_t i = 0; i < SHCDI_WALLS_MAX; i++) {
+        is_ending[i] = !w->now[i].is_touching && w->last[i].is_touching;
+        if (is_ending[i]) {
+            keep_last(w, i);
+        } else if (w->now[i].is_touching) {
+            fall_short(w, i);
+        }
+    }
+    for (size_t i = 0; i < SHCDI_WALLS_MAX; i++) {
+        if (is_ending[i]) {
+            fade_out(w, i);
+        } else if (w->now[i].is_touching) {
+            catch_up(w, i);
+        }
+    }
 }
 
 /* For the deepest contact some slot is found: that of the wall with the least force. */
@@ -310,6 +347,7 @@ static void begin(walls *w, shcdi_contact *contact) {
         const double idle_m = idle_depth(w, slot, &sine);
         if (w->was_touching) { /* else there was no force that could jump */
             w->now[slot].short_m = shcdi_max(0.0, w->found[i].depth_m - idle_m);
+            fall_short(w, slot);
             catch_up(w, slot);
         }
         if (is_deepest) {
@@ -339,13 +377,7 @@ static void update(walls *w, const shcdi_wall *deepest, shcdi_contact *contact) 
         follow_last(w);
         look_for_new(w);
     }
-    for (size_t i = 0; i < SHCDI_WALLS_MAX; i++) {
-        if (w->now[i].is_touching) {
-            catch_up(w, i);
-        } else if (w->last[i].is_touching) {
-            fade_out(w, i);
-        }
-    }
+    fade(w);
     begin(w, contact);
     for (size_t i = 0; i < SHCDI_WALLS_MAX; i++) {
         /* what a wall without force remembers is of the past; soft bodies press all their walls */

@@ -27,11 +27,16 @@
  *  the world; the surface is the current one. */
 typedef struct shcdi_touch {
     const shcd_model *model;
-    double depth_m;            /**< penetration, > 0 */
+    double depth_m;            /**< penetration, > 0; of all walls of a rigid body together */
+    double foot_depth_m;       /**< of the ball at this foot: its radius less its distance */
     double depth_rate_m_per_s; /**< of the tool, > 0 while going in; against the rest shape */
     double dt_s;
     double tool_radius_m; /**< radius of the ball that the tool is there; 0: a sharp point */
     double wave_share;    /**< how much of the effect wave gives way there; 0: rigid */
+    /** Of springs and dampers along the surface: the part that acts here, all walls of a ball
+     * having at most one's together; and that part times the contact's share of the force. Else 1.
+     */
+    double along_part, along_weight;
     shcd_pose tool_in_body;
     shcd_vec3 normal;           /**< outward unit normal at the foot */
     shcd_vec3 foot_m;           /**< on the surface */
@@ -48,7 +53,8 @@ typedef struct shcdi_response {
     double normal_force_n;   /**< along the outward normal, on the tool */
     shcd_vec3 slope;         /**< of a relief: the normal force acts along normal + slope */
     shcd_vec3 other_force_n; /**< on the tool: friction, drag */
-    double stored_j;         /**< energy that springs of this contact hold */
+    double stored_j;         /**< energy that springs along the normal hold */
+    double anchored_j;       /**< energy that springs along the surface hold */
     uint32_t flags;          /**< shcd_tool_output_flag */
 } shcdi_response;
 

@@ -7,6 +7,8 @@
 
 #include "model/model.h"
 
+#include <stdbool.h>
+
 /** s, or as much of it as keeps 1 - s k above 1/2 for both curvatures k of II by I. */
 static inline double shcdi_foot_bounded(double s, const double one[3], const double two[3]) {
     const double det = one[0] * one[2] - one[1] * one[1];
@@ -17,28 +19,66 @@ static inline double shcdi_foot_bounded(double s, const double one[3], const dou
     return worst > 0.5 ? s * (0.5 / worst) : s;
 }
 
-/** J u at the foot of a parameter, s bounded; of u's flat part where the surface has no tangent
- *  plane, that part itself.
- *  @param[out] bounded_m  s as it was used */
-static inline shcd_vec3 shcdi_foot_motion(const shcd_model *model, shcd_vec3 parameter, shcd_vec3 n,
-                                          double s, shcd_vec3 u, double *bounded_m) {
-    const shcd_vec3 flat = shcd_mul_add(u, -shcd_dot(u, n), n);
+/** The surface at a foot. */
+typedef struct shcdi_foot_frame {
     shcdi_jet jet;
-    shcdi_surface_jet(&model->series, model->degree, parameter, &jet);
-    const double one[3] = {shcd_dot(jet.s1, jet.s1), shcd_dot(jet.s1, jet.s2),
-                           shcd_dot(jet.s2, jet.s2)};
-    const double det_one = one[0] * one[2] - one[1] * one[1];
-    *bounded_m = s;
-    if (!(det_one > 1e-12 * one[0] * one[2])) {
-        return flat;
+    double one[3], two[3]; /* I and II */
+    double m[3];           /* I - s II, s bounded */
+} shcdi_foot_frame;
+
+/** @return whether there is a tangent plane */
+static inline bool shcdi_foot_frame_at(const shcd_model *model, shcd_vec3 parameter, shcd_vec3 n,
+                                       double s, shcdi_foot_frame *f) {
+    shcdi_surface_jet(&model->series, model->degree, parameter, &f->jet);
+    const double one[3] = {shcd_dot(f->jet.s1, f->jet.s1), shcd_dot(f->jet.s1, f->jet.s2),
+                           shcd_dot(f->jet.s2, f->jet.s2)};
+    const double two[3] = {shcd_dot(f->jet.s11, n), shcd_dot(f->jet.s12, n),
+                           shcd_dot(f->jet.s22, n)};
+    if (!(one[0] * one[2] - one[1] * one[1] > 1e-12 * one[0] * one[2])) {
+        return false;
     }
-    const double two[3] = {shcd_dot(jet.s11, n), shcd_dot(jet.s12, n), shcd_dot(jet.s22, n)};
-    const double b = *bounded_m = shcdi_foot_bounded(s, one, two);
-    const double m[3] = {one[0] - b * two[0], one[1] - b * two[1], one[2] - b * two[2]};
+    const double b = shcdi_foot_bounded(s, one, two);
+    for (int i = 0; i < 3; i++) {
+        f->one[i] = one[i];
+        f->two[i] = two[i];
+        f->m[i] = one[i] - b * two[i];
+    }
+    return true;
+}
+
+/** (x, y) of m (x, y) = (h1, h2). */
+static inline void shcdi_foot_solve(const double m[3], double h1, double h2, double *x, double *y) {
     const double det = m[0] * m[2] - m[1] * m[1];
-    const double h1 = shcd_dot(u, jet.s1), h2 = shcd_dot(u, jet.s2);
-    const double a1 = (m[2] * h1 - m[1] * h2) / det, a2 = (m[0] * h2 - m[1] * h1) / det;
-    return shcd_add(shcd_scale(a1, jet.s1), shcd_scale(a2, jet.s2));
+    *x = (m[2] * h1 - m[1] * h2) / det;
+    *y = (m[0] * h2 - m[1] * h1) / det;
+}
+
+/** J u at the foot of a parameter, s bounded; of u's flat part where the surface has no tangent
+ *  plane, that part itself. */
+static inline shcd_vec3 shcdi_foot_motion(const shcd_model *model, shcd_vec3 parameter, shcd_vec3 n,
+                                          double s, shcd_vec3 u) {
+    shcdi_foot_frame f;
+    double a1, a2;
+    if (!shcdi_foot_frame_at(model, parameter, n, s, &f)) {
+        return shcd_mul_add(u, -shcd_dot(u, n), n);
+    }
+    shcdi_foot_solve(f.m, shcd_dot(u, f.jet.s1), shcd_dot(u, f.jet.s2), &a1, &a2);
+    return shcd_add(shcd_scale(a1, f.jet.s1), shcd_scale(a2, f.jet.s2));
+}
+
+/** How the normal at the foot turns as the point moves by u: H u, H = (1 - n n^T - J)/s, written
+ *  as -S_i ((I - s II)^-1 II I^-1)_ij S_j, which holds on the surface and behind it, too. s is
+ *  bounded; zero where the surface has no tangent plane. */
+static inline shcd_vec3 shcdi_foot_turn(const shcd_model *model, shcd_vec3 parameter, shcd_vec3 n,
+                                        double s, shcd_vec3 u) {
+    shcdi_foot_frame f;
+    double c1, c2, a1, a2;
+    if (!shcdi_foot_frame_at(model, parameter, n, s, &f)) {
+        return shcd_vec3_make(0.0, 0.0, 0.0);
+    }
+    shcdi_foot_solve(f.one, shcd_dot(u, f.jet.s1), shcd_dot(u, f.jet.s2), &c1, &c2);
+    shcdi_foot_solve(f.m, f.two[0] * c1 + f.two[1] * c2, f.two[1] * c1 + f.two[2] * c2, &a1, &a2);
+    return shcd_add(shcd_scale(-a1, f.jet.s1), shcd_scale(-a2, f.jet.s2));
 }
 
 #endif

@@ -63,6 +63,7 @@ static void blend(const shcdi_response *before, double gain, shcdi_response *r) 
     r->normal_force_n =
         before->normal_force_n + gain * (r->normal_force_n - before->normal_force_n);
     r->stored_j = before->stored_j + gain * (r->stored_j - before->stored_j);
+    r->anchored_j = before->anchored_j + gain * (r->anchored_j - before->anchored_j);
     r->slope = shcd_mul_add(before->slope, gain, shcd_sub(r->slope, before->slope));
     r->other_force_n = shcd_mul_add(before->other_force_n, gain,
                                     shcd_sub(r->other_force_n, before->other_force_n));
@@ -77,7 +78,8 @@ static void book(const contact *c, size_t e, const shcdi_response *before,
                  const shcdi_response *after) {
     const size_t i = c->body->first_effect + e;
     if (c->output->effects != NULL) {
-        c->output->effects[i].stored_j += c->energy_share * (after->stored_j - before->stored_j);
+        c->output->effects[i].stored_j += c->energy_share * (after->stored_j - before->stored_j) +
+                                          c->share * (after->anchored_j - before->anchored_j);
     }
     if (c->output->effect_forces_n != NULL) {
         const shcd_vec3 change = shcd_sub(force_of(c, after), force_of(c, before));
@@ -221,8 +223,10 @@ static void respond_shell(shcdi_visit *v, size_t b) {
     for (uint32_t i = 0; i < n; i++) {
         const double share = slot[i].weight * shell->point_share;
         found_contact f = {.share = share, .energy_share = share};
+        f.touch.along_part = f.touch.along_weight = 1.0;
         f.touch.tool_in_body = pose;
         f.touch.depth_m = slot[i].depth_m;
+        f.touch.foot_depth_m = slot[i].depth_m;
         f.touch.normal = slot[i].proxy.normal;
         f.touch.foot_m = slot[i].proxy.foot_m;
         f.touch.parameter = slot[i].proxy.parameter;
@@ -242,12 +246,23 @@ static found_contact ball_contact(const shcdi_visit *v, size_t b, shcd_vec3 cent
     const shcdi_body *body = &v->scene->bodies[b];
     const shcd_vec3 down = shcd_scale(-v->tool->radius_m, normal);
     found_contact f = {.share = 1.0, .energy_share = 1.0};
+    f.touch.along_part = f.touch.along_weight = 1.0;
     f.touch.normal = normal;
     f.touch.tool_radius_m = v->tool->radius_m;
     f.touch.tool_in_body = tool_in_body(v, body);
     f.touch.tool_point_m = shcd_add(centre_m, down);
     f.other_arm_m = shcd_rotate(body->body_in_world.orientation, down);
     return f;
+}
+
+/* The shares of two walls at a right angle add up to the root of 2; what acts along the surface
+ * acts along the groove by all of it, and the device was promised one spring and one damper. */
+static double part_along(const shcdi_contact *known) {
+    double sum = 0.0;
+    for (size_t k = 0; k < SHCDI_WALLS_MAX; k++) {
+        sum += known->wall[k].is_touching != 0 ? known->wall[k].share : 0.0;
+    }
+    return 1.0 / shcdi_max(1.0, sum);
 }
 
 /* Of a rigid body the walls share one spring, walls.c; the law of a soft one is solved with the way
@@ -265,6 +280,9 @@ static void respond_walls(shcdi_visit *v, size_t b) {
         f.share = is_soft ? 1.0 - known->yielded : wall->share;
         f.energy_share = is_soft ? f.share : wall->energy_share;
         f.touch.depth_m = is_soft ? wall->depth_m : known->pressed_m;
+        f.touch.foot_depth_m = wall->depth_m + wall->short_m;
+        f.touch.along_part = is_soft ? 1.0 : part_along(known); /* of a soft one: divide_along() */
+        f.touch.along_weight = f.share * f.touch.along_part;
         f.slope = wall->slope; /* of a soft body zero */
         f.touch.foot_m = wall->foot_m;
         f.touch.parameter = wall->parameter;
@@ -284,6 +302,7 @@ static void respond_single(shcdi_visit *v, size_t b) {
     const shcdi_gap *gap = &v->gaps[b];
     found_contact f = ball_contact(v, b, known->proxy.tool_m, gap->normal);
     f.touch.depth_m = -gap->gap_m;
+    f.touch.foot_depth_m = -gap->gap_m;
     f.touch.foot_m = gap->foot_m;
     f.touch.parameter = known->proxy.parameter;
     f.memory = shcdi_effect_memory(v->scene, v->state, v->tool_index, b);
@@ -319,14 +338,15 @@ void shcdi_visit_respond(shcdi_visit *v) {
 /* ---- soft bodies ---------------------------------------------------------------------------- */
 
 /* The output was filled in against the surface before the contacts' forces moved it, and a long
- * tick moves it far: where the same point of the surface is at the tick's end counts. */
+ * tick moves it far: where the same point of the surface is at the tick's end counts. (The depth
+ * that a contact is solved with may be less: a wall that fades in.) */
 static void report_end(const shcd_scene *scene, shcd_state *state, size_t b, const shcdi_press *p,
                        shcd_vec3 moved_m, shcd_tool_output *out) {
     const shcdi_body *body = &scene->bodies[b];
     const shcdi_proxy *proxy = &shcdi_contacts_of(scene, state, p->tool)[b].proxy;
     const shcdi_series *series = &body->model->series;
     const shcd_vec3 rest = shcdi_surface_point(series, series->degree, proxy->parameter);
-    const double depth_m = p->touch.depth_m + shcd_dot(moved_m, p->touch.normal);
+    const double depth_m = -out->distance_m + shcd_dot(moved_m, p->touch.normal);
     out->distance_m = -depth_m;
     out->penetration_m = shcdi_max(0.0, depth_m);
     out->displacement_m = shcd_norm(shcd_add(shcd_sub(proxy->foot_m, rest), moved_m));
@@ -361,6 +381,25 @@ static double carried_by(const shcdi_body *body, shcdi_soft_gain gain) {
                : 0.0;
 }
 
+/* The walls of a tool share the springs and dampers along the surface as they share its normal
+ * force: a wall that begins takes nothing at once. */
+static void divide_along(shcdi_press *press, uint32_t n_presses) {
+    for (uint32_t i = 0; i < n_presses; i++) {
+        double sum = 0.0, count = 0.0;
+        for (uint32_t j = 0; j < n_presses && press[i].is_wall; j++) {
+            if (press[j].is_wall && press[j].tool == press[i].tool) {
+                sum += press[j].response.normal_force_n;
+                count += 1.0;
+            }
+        }
+        if (count > 1.0) {
+            shcdi_touch *t = &press[i].touch;
+            t->along_part = sum > 0.0 ? press[i].response.normal_force_n / sum : 1.0 / count;
+            t->along_weight = press[i].share * t->along_part;
+        }
+    }
+}
+
 void shcdi_respond_soft(const shcd_scene *scene, shcd_state *state, size_t b,
                         const shcd_input *input, shcd_output *output) {
     const shcdi_body *body = &scene->bodies[b];
@@ -380,6 +419,7 @@ void shcdi_respond_soft(const shcd_scene *scene, shcd_state *state, size_t b,
     }
     const shcdi_soft_state *soft = (const shcdi_soft_state *)(const void *)memory;
     shcdi_press *press = shcdi_soft_parts_of(body->soft, memory).press;
+    divide_along(press, soft->n_presses);
     for (uint32_t i = 0; i < soft->n_presses; i++) {
         shcdi_press *p = &press[i];
         const shcdi_response nothing = {.depth_m = p->response.depth_m,

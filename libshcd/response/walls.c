@@ -22,7 +22,8 @@
  * the force is the gradient again. It is continuous if a' is: between 90 and 84 degrees a goes over
  * from 0 to the cosine c as c^2/c0 (2 - c/c0), c0 the latter's; it is less than c by 0.015 there at
  * most, and the stiffness more than one wall's by as much. From p = S + s n, with J the derivative
- * of the foot S, H = (1 - n n^T - J)/s; near a focal point of a hollow wall, where both go to
+ * of the foot S, H = (1 - n n^T - J)/s, which has a limit where p is on the surface and goes on
+ * behind it (foot_motion.h); near a focal point of a hollow wall, where both go to
  * infinity and the foot is about to end, both are taken for a nearer p.
  *
  * Walls beyond 90 degrees are not coupled: what one pushes the ball towards is no reason for a
@@ -188,7 +189,7 @@ void shcdi_walls_tilt(const shcd_model *model, shcd_vec3 p, shcdi_contact *conta
         const double s = shcd_dot(shcd_sub(p, wall->foot_m), wall->normal);
         shcd_vec3 sum = {0.0, 0.0, 0.0};
         wall->slope = sum;
-        if (!(wall->share > 0.0) || !(s > 0.0)) {
+        if (!(wall->share > 0.0)) {
             continue;
         }
         for (size_t j = 0; j < SHCDI_WALLS_MAX; j++) {
@@ -201,10 +202,6 @@ void shcdi_walls_tilt(const shcd_model *model, shcd_vec3 p, shcdi_contact *conta
         if (sum.x == 0.0 && sum.y == 0.0 && sum.z == 0.0) {
             continue; /* alone */
         }
-        double bounded_m;
-        const shcd_vec3 flat = shcd_mul_add(sum, -shcd_dot(sum, wall->normal), wall->normal);
-        const shcd_vec3 foot =
-            shcdi_foot_motion(model, wall->parameter, wall->normal, s, sum, &bounded_m);
-        wall->slope = shcd_scale(1.0 / bounded_m, shcd_sub(flat, foot));
+        wall->slope = shcdi_foot_turn(model, wall->parameter, wall->normal, s, sum);
     }
 }

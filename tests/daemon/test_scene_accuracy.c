@@ -4,6 +4,7 @@
 #include "cost_quick.h"
 #include "scene_support.h"
 #include "support/bodies.h"
+#include "support/soft.h"
 
 #define DEGREE 6
 #define BODY_FILE "body.shcd"
@@ -109,6 +110,42 @@ static void test_bodies_of_one_file_may_differ_in_accuracy(void **state) {
     assert_ptr_equal(config.sources[2], config.models[1]);
     assert_null(config.sources[1]);
     config_free(&config);
+    scene_remove(BODY_FILE);
+}
+
+/* A body with modes, and a table by which degree 3 is faster. */
+static void write_soft_body(void) {
+    const shcd_cost_row rows[] = {row_of(DEGREE, SHCD_TIER_FAST, 5e-5, 8000.0),
+                                  row_of(3, SHCD_TIER_FAST, 4e-4, 3000.0)};
+    shcd_model *organ = soft_sphere(0.05, DEGREE), *model = NULL;
+    shcd_model_def def = SHCD_MODEL_DEF_INIT;
+    char machine[SHCD_COST_MACHINE_SIZE], path[SCENE_PATH_SIZE];
+    cost_quick_machine(machine);
+    def.degree = DEGREE;
+    def.coefficients = shcd_model_coefficients(organ);
+    def.modes = shcd_model_modes(organ);
+    def.cost_rows = rows;
+    def.n_cost_rows = sizeof rows / sizeof rows[0];
+    def.cost_machine = machine;
+    assert_int_equal(shcd_model_create(&def, NULL, &model, NULL), SHCD_OK);
+    scene_path(BODY_FILE, path);
+    assert_int_equal(shcd_model_save(model, path, NULL), SHCD_OK);
+    shcd_model_free(model);
+    shcd_model_free(organ);
+}
+
+/* A series that is cut off has no modes: a body that calls for them keeps its own degree. */
+static void test_effects_that_the_model_carries_keep_its_degree(void **state) {
+#define SOFT(accuracy)                                                                             \
+    "bodies:\n  - name: egg\n    model: " BODY_FILE "\n    accuracy: " accuracy                    \
+    "\n    effects: {wave: {modes: 16, youngs_modulus_pa: 5000}}\n" SCENE_TOOLS
+    (void)state;
+    write_soft_body();
+    expect_degree(SCENE("{tolerance_m: 1.0e-3}"), 3, DEGREE, 0);
+    expect_degree(SOFT("{tolerance_m: 1.0e-3}"), DEGREE, -1, 0);
+    scene_expect_text_refused(SOFT("{budget_us: 5}"),
+                              "4:15: bodies[0].accuracy: an answer in 5 us is not feasible: "
+                              "nearest is 0.0503 mm in 8.04 us (degree 6, fast)");
     scene_remove(BODY_FILE);
 }
 
@@ -236,6 +273,7 @@ int main(void) {
         cmocka_unit_test(test_table_of_this_machine_decides),
         cmocka_unit_test(test_lower_degree_is_the_series_cut_off),
         cmocka_unit_test(test_bodies_of_one_file_may_differ_in_accuracy),
+        cmocka_unit_test(test_effects_that_the_model_carries_keep_its_degree),
         cmocka_unit_test(test_infeasible_is_refused_with_the_nearest_pairs),
         cmocka_unit_test(test_against_mesh_adds_the_error_of_the_fit),
         cmocka_unit_test(test_choice_is_told_in_one_line),

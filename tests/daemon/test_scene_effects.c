@@ -205,9 +205,9 @@ static void test_load_trained_body_beyond_the_device_is_refused(void **state) {
     scene_expect_text_refused(
         BALL_SCENE("      learned: {scale: 2}\n"),
         "5:24: bodies[0].effects.learned.scale: its model was trained to be up to 2000 N/m stiff, "
-        "times 2, and device generic renders 2000 N/m at most; give a scale of at most 0.999, or "
+        "times 2, and device generic renders 2000 N/m at most; give a scale of at most 1, or "
         "train with a softer tissue");
-    config = scene_load_good(BALL_SCENE("      learned: {scale: 0.999}\n"));
+    config = scene_load_good(BALL_SCENE("      learned: {scale: 1}\n"));
     config_free(&config);
     write_ball(2001.0);
     scene_expect_text_refused(BALL_SCENE("      learned: {}\n"),
@@ -216,6 +216,26 @@ static void test_load_trained_body_beyond_the_device_is_refused(void **state) {
     config = scene_load_good(BALL_SCENE("      stiffness: {}\n")); /* it is not called for */
     config_free(&config);
     scene_remove("ball.shcd");
+}
+
+/* What the refusal of a scale suggests is accepted. */
+static void check_suggestion(const char *scale) {
+    static const char words[] = "at most ";
+    char text[1024], error[CONFIG_ERROR_SIZE] = "", path[SCENE_PATH_SIZE];
+    daemon_config config;
+    (void)snprintf(text, sizeof text, BALL_SCENE("      learned: {scale: %s}\n"), scale);
+    scene_write("suggest.yaml", text, strlen(text));
+    scene_path("suggest.yaml", path);
+    assert_false(config_load(path, &config, error, sizeof error));
+    const char *at = strstr(error, "a scale of at most ");
+    assert_non_null(at);
+    const double suggested = strtod(strstr(at, words) + sizeof words - 1, NULL);
+    print_message("%s\n", error);
+    assert_true(suggested > 0.0);
+    (void)snprintf(text, sizeof text, BALL_SCENE("      learned: {scale: %.17g}\n"), suggested);
+    config = scene_load_good(text);
+    config_free(&config);
+    scene_remove("suggest.yaml");
 }
 
 /* A record without a figure, as of a network made elsewhere: what the network itself says. About
@@ -228,6 +248,8 @@ static void test_load_trained_body_is_held_by_its_network_too(void **state) {
     scene_expect_text_refused(BALL_SCENE("      learned: {scale: 30}\n"),
                               "5:24: bodies[0].effects.learned.scale: its model was trained to be "
                               "up to ");
+    check_suggestion("30");
+    check_suggestion("99.9");
     scene_remove("ball.shcd");
 }
 
@@ -241,6 +263,26 @@ static void test_load_wave_that_is_too_stiff_within_a_tick_is_refused(void **sta
         BALL_SCENE("      wave: {youngs_modulus_pa: 1.0e5}\n      stiffness: {}\n"));
     config_free(&config);
     config = scene_load_good(BALL_SCENE("      wave: {youngs_modulus_pa: 5.0e4}\n"));
+    config_free(&config);
+    scene_remove("ball.shcd");
+}
+
+/* A Hertz law alone, 2 E* a = 1781 N/m at 5 N for a ball of 12 mm, is rendered; but beyond the
+ * patch's radius it is rigid beside the wave, and the ball is left with what a tick makes of that.
+ * The sharp tool's contact stays within the patch. */
+static void test_load_hertz_beside_a_wave_that_is_too_stiff_is_refused(void **state) {
+#define BALL_AND(effects, radius)                                                                  \
+    "bodies:\n  - name: ball\n    model: ball.shcd\n    effects:\n" effects                        \
+    "tools: [{id: 0, name: b, shape: {sphere: {radius_m: " radius "}}}]\n"
+#define HERTZ "      stiffness: {youngs_modulus_pa: 1.0e5}\n"
+#define WAVE "      wave: {youngs_modulus_pa: 1.0e5}\n"
+    (void)state;
+    write_ball(0.0);
+    daemon_config config = scene_load_good(BALL_AND(HERTZ, "0.012"));
+    config_free(&config);
+    scene_expect_text_refused(BALL_AND(HERTZ WAVE, "0.012"),
+                              "6:33: bodies[0].effects.wave.youngs_modulus_pa: is ");
+    config = scene_load_good(BALL_AND(HERTZ WAVE, "0.001"));
     config_free(&config);
     scene_remove("ball.shcd");
 }
@@ -320,6 +362,7 @@ int main(void) {
         cmocka_unit_test(test_load_trained_body_beyond_the_device_is_refused),
         cmocka_unit_test(test_load_trained_body_is_held_by_its_network_too),
         cmocka_unit_test(test_load_wave_that_is_too_stiff_within_a_tick_is_refused),
+        cmocka_unit_test(test_load_hertz_beside_a_wave_that_is_too_stiff_is_refused),
         cmocka_unit_test(test_every_effect_has_a_scene),
     };
     return cmocka_run_group_tests(tests, scene_folder_make, scene_folder_remove);

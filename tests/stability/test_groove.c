@@ -113,22 +113,29 @@ static account walk_groove(fixture *f, const groove_path *p, double stiffness_n_
                      SHCD_OK);
     for (int i = 0; i <= TICKS; i++) {
         const shcd_pose pose = {groove_at(p, (double)i / TICKS), {1.0, 0.0, 0.0, 0.0}};
-        shcd_effect_output effect;
+        shcd_effect_output effects[2];
+        const size_t n_effects = shcd_scene_effect_count(f->scene);
+        double stored_j = 0.0;
         (void)shcd_ledger_move(&ledger, &pose, FIXTURE_TICK_S);
         f->in[0].tool_in_world = pose;
         f->in[0].velocity_m_per_s = shcd_scale(1.0 / FIXTURE_TICK_S, ledger.moved_m);
         const shcd_input input = {.dt_s = FIXTURE_TICK_S, .tools = f->in, .n_tools = 1};
-        shcd_output output = {.tools = f->out, .n_tools = 1, .effects = &effect, .n_effects = 1};
+        shcd_output output = {
+            .tools = f->out, .n_tools = 1, .effects = effects, .n_effects = n_effects};
+        assert_in_range(n_effects, 1, 2);
         assert_int_equal(shcd_step(f->scene, f->state, &input, &output), SHCD_OK);
+        for (size_t e = 0; e < n_effects; e++) {
+            stored_j += effects[e].stored_j;
+        }
         const shcd_ledger_input held = {.published = f->out[0].wrench,
                                         .model = f->out[0].wrench,
                                         .velocity_m_per_s = f->in[0].velocity_m_per_s,
-                                        .stored_j = effect.stored_j,
+                                        .stored_j = stored_j,
                                         .stiffness_n_per_m = stiffness_n_per_m};
         assert_int_equal(shcd_ledger_hold(&ledger, &held), SHCD_OK);
         a.least_j = fmin(a.least_j, shcd_ledger_margin(&ledger));
         a.least_bare_j = fmin(a.least_bare_j, shcd_ledger_margin(&ledger) - ledger.slack_j);
-        a.stored_most_j = fmax(a.stored_most_j, effect.stored_j);
+        a.stored_most_j = fmax(a.stored_most_j, stored_j);
         a.most_contacts =
             f->out[0].n_contacts > a.most_contacts ? f->out[0].n_contacts : a.most_contacts;
     }
@@ -147,13 +154,14 @@ static double touched_at(fixture *f) {
     return 0.0;
 }
 
-static void check_law(const shcd_effect_def *effect, double (*stiffness_at)(double, double),
-                      uint64_t seed) {
+static void check_law(const shcd_effect_def *effects, size_t n_effects,
+                      double (*stiffness_at)(double, double), uint64_t seed) {
     const double radii[] = {0.010, 0.012, 0.016};
     check_random r = {seed};
     shcd_model *model = groove_body(12, 0.525);
     for (size_t i = 0; i < 3; i++) {
-        const shcd_body_def body = fixture_body("body", model, fixture_pose(0, 0, 0), effect, 1);
+        const shcd_body_def body =
+            fixture_body("body", model, fixture_pose(0, 0, 0), effects, n_effects);
         const shcd_tool_def tool = fixture_tool("ball", radii[i]);
         double least_j = HUGE_VAL, bare_j = HUGE_VAL, given_j = 0.0, stored_j = 0.0;
         fixture f;
@@ -198,13 +206,70 @@ static void test_closed_paths_through_a_groove(void **state) {
     const shcd_parameter_value hertz = {.name = "youngs_modulus_pa", .value = YOUNG_PA};
     const shcd_effect_def laws[] = {{"stiffness", &spring, 1}, {"stiffness", &hertz, 1}};
     (void)state;
-    check_law(&laws[0], linear_at, 21);
-    check_law(&laws[1], hertz_at, 22);
+    check_law(&laws[0], 1, linear_at, 21);
+    check_law(&laws[1], 1, hertz_at, 22);
+}
+
+/* Anchors on both walls, whose shares change as the ball goes about: their spring yields its own
+ * k |dx|^2/2 beside that of the law, and no more. */
+#define ANCHOR_N_PER_M 500.0
+static double anchored_at(double radius_m, double depth_m) {
+    return linear_at(radius_m, depth_m) + ANCHOR_N_PER_M;
+}
+
+static void test_closed_paths_with_friction(void **state) {
+    const shcd_parameter_value spring = {.name = "k_n_per_m", .value = K_N_PER_M};
+    const shcd_parameter_value anchor[] = {
+        {.name = "stiffness_n_per_m", .value = ANCHOR_N_PER_M},
+        {.name = "static_ratio", .value = 2.0},
+        {.name = "kinetic_ratio", .value = 1.0},
+    };
+    const shcd_effect_def effects[] = {{"stiffness", &spring, 1}, {"friction", anchor, 3}};
+    (void)state;
+    check_law(effects, 2, anchored_at, 23);
+}
+
+/* A ball pressed into the groove and moved along it by less than the friction breaks away at is
+ * held by the spring of one anchor, in all. */
+static void test_friction_along_a_groove_is_one_spring(void **state) {
+    const shcd_parameter_value spring = {.name = "k_n_per_m", .value = K_N_PER_M};
+    const shcd_parameter_value anchor[] = {
+        {.name = "stiffness_n_per_m", .value = ANCHOR_N_PER_M},
+        {.name = "static_ratio", .value = 10.0},
+    };
+    const shcd_effect_def effects[] = {{"stiffness", &spring, 1}, {"friction", anchor, 2}};
+    (void)state;
+    for (int k = 0; k < 3; k++) {
+        shcd_model *model = groove_body(12, 0.3 + 0.225 * k);
+        const shcd_body_def body = fixture_body("body", model, fixture_pose(0, 0, 0), effects, 2);
+        const shcd_tool_def tool = fixture_tool("ball", 0.012);
+        const double along_m = 2e-5;
+        fixture f;
+        fixture_open(&f, &body, 1, &tool, 1);
+        const double x = touched_at(&f) - 1e-3;
+        const shcd_vec3 rest = {0.0, 0.0, 0.0};
+        for (int i = 0; i < 1000; i++) { /* until the contact has yielded */
+            (void)fixture_move(&f, shcd_vec3_make(x, 0.0, 0.0), rest);
+        }
+        const double before_n = f.out[0].wrench.force_n.y;
+        const shcd_tool_output *out = fixture_move(&f, shcd_vec3_make(x, along_m, 0.0), rest);
+        const double stiffness = (before_n - out->wrench.force_n.y) / along_m;
+        print_message("waist %.3f: %u walls, %.1f N/m along it\n", 0.3 + 0.225 * k, out->n_contacts,
+                      stiffness);
+        assert_int_equal(out->n_contacts, 2);
+        /* the waist bends away by (along/x)^2/2, 1e-6 */
+        assert_true(stiffness <= ANCHOR_N_PER_M * (1.0 + 1e-3));
+        assert_true(stiffness >= 0.5 * ANCHOR_N_PER_M);
+        fixture_close(&f);
+        shcd_model_free(model);
+    }
 }
 
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_closed_paths_through_a_groove),
+        cmocka_unit_test(test_closed_paths_with_friction),
+        cmocka_unit_test(test_friction_along_a_groove_is_one_spring),
         cmocka_unit_test(test_the_loop_in_a_groove_comes_to_rest_at_the_device_limit),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

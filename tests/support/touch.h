@@ -54,6 +54,8 @@ static inline shcdi_touch touch_plane(double depth_m) {
     shcdi_touch t;
     memset(&t, 0, sizeof t);
     t.depth_m = depth_m;
+    t.foot_depth_m = t.depth_m;
+    t.along_part = t.along_weight = 1.0;
     t.dt_s = 0.001;
     t.normal = shcd_vec3_make(0.0, 0.0, 1.0);
     t.parameter = t.normal;

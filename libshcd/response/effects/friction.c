@@ -14,6 +14,12 @@
  * Energy. The hand works k e . dx against the held force, the spring gains at most
  * k |e + dx|^2/2 - k |e|^2/2 = k e . dx + k |dx|^2/2; neither P, nor shortening, lengthens e. So
  * nothing is gained beyond the k |dx|^2/2 that any held spring yields, however the normal turns.
+ * In a groove the springs of all walls together are to have no more than k along it, so that each
+ * has a part of k, and its force a share: their product, its weight w, changes as the ball moves.
+ * w k |e|^2/2 is then kept, and e goes by the root: held as it is, e would gain energy where w
+ * grows. This can be undone, so that a tool that trembles between two walls does not creep either.
+ * The limit mu N is each wall's own: a wedge holds by more than a plane.
+ *
  * The point of the tool is followed as such: a ball that rolls does not slide, and a box whose
  * deepest point jumps to another corner feels no jump.
  *
@@ -24,7 +30,8 @@
  *
  * Within a tick the force thus changes by at most
  *     k |dx - u dt| + |F| angle(n, n') + mu_s max(0, N - N') + N (mu_s - mu_k) |dx_before|/l,
- * dx_before that of the tick before: shortening to a ball is non-expansive. */
+ * dx_before that of the tick before: shortening to a ball is non-expansive; in a groove also by the
+ * change of the root of w. */
 #include "base/internal.h"
 #include "response/effects.h"
 
@@ -47,6 +54,7 @@ typedef struct anchor {
     shcd_vec3 point_in_tool; /* the same, tool frame [m] */
     double slid_m;
     double is_set;
+    double weight; /* with which the spring acted */
 } anchor;
 
 static void prepare(const double *values, double *constants) {
@@ -84,12 +92,22 @@ static shcd_vec3 in_plane(shcd_vec3 v, shcd_vec3 normal) {
     return shcd_mul_add(v, -shcd_dot(v, normal), normal);
 }
 
+/* Keeps w |e|^2, the energy, as the weight changes. */
+static void weigh(anchor *a, double weight) {
+    if (a->weight != weight) {
+        a->stretch_m = shcd_scale(weight > 0.0 ? sqrt(a->weight / weight) : 0.0, a->stretch_m);
+        a->weight = weight;
+    }
+}
+
 static void apply(const double *constants, const shcdi_touch *touch, void *memory,
                   shcdi_response *response) {
     anchor *a = memory;
-    const double k = constants[STIFFNESS], length_m = constants[SLIP];
+    const double k = constants[STIFFNESS] * touch->along_part, length_m = constants[SLIP];
     const double drop = (constants[STATIC] - constants[KINETIC]) * (1.0 - a->slid_m / length_m);
-    const double limit_m = (constants[KINETIC] + drop) * response->normal_force_n / k;
+    const double limit_m =
+        k > 0.0 ? (constants[KINETIC] + drop) * response->normal_force_n / k : 0.0;
+    weigh(a, touch->along_weight);
     const shcd_vec3 way = in_plane(slide_to(touch, a), touch->normal);
     const shcd_vec3 stretch = in_plane(shcd_add(a->stretch_m, way), touch->normal);
     const double length = shcd_norm(stretch);
@@ -101,7 +119,7 @@ static void apply(const double *constants, const shcdi_touch *touch, void *memor
         a->slid_m = shcdi_max(0.0, a->slid_m - length_m * touch->dt_s / constants[REST]);
     }
     response->other_force_n = shcd_mul_add(response->other_force_n, -k, a->stretch_m);
-    response->stored_j += 0.5 * k * shcd_dot(a->stretch_m, a->stretch_m);
+    response->anchored_j += 0.5 * k * shcd_dot(a->stretch_m, a->stretch_m);
 }
 
 const shcdi_effect shcdi_effect_friction = {

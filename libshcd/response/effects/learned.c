@@ -10,8 +10,7 @@
  * form h_ij = n . s_ij, g A = -h, so that the tangential part is -(a s1 + b s2), (g + e h)(a, b) =
  * (dU/dx . s1, dU/dx . s2). g + e h is the Hessian of the distance that the foot minimises. Where a
  * foot gets lost, at a focal point, it is singular: e is lowered until no direction counts more
- * than LEVER_MAX times.
- *
+ * than LEVER_MAX times. In a groove D is the depth of all walls together, and e that at the foot.
  * The surface may give way under the law in series (a compliance W): then D with D + W F = depth.
  */
 #include "model/learned_eval.h"
@@ -116,7 +115,8 @@ static void apply(const double *constants, const shcdi_touch *touch, void *memor
     shcdi_surface_jet(series, series->degree, touch->parameter, &jet);
     shcdi_learned_at(learned, jet.s, 1, &site);
     shcdi_learned_press(learned, &site, response->depth_m, &out);
-    const shcd_vec3 force = tangential(&jet, out.slope_n, response->depth_m - touch->tool_radius_m);
+    const shcd_vec3 force =
+        tangential(&jet, out.slope_n, touch->foot_depth_m - touch->tool_radius_m);
     response->other_force_n = shcd_mul_add(response->other_force_n, s, force);
     /* of a table with speeds; a surface never pulls */
     const double damping = s * learned->damping_n_s_per_m2 * response->depth_m;

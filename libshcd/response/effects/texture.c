@@ -7,11 +7,12 @@
  *     F = N [(1 + w' h) n - w J grad h],  J = (dS/dp)^T,
  *
  * so no closed path gains or loses energy. p is the centre of the ball that the tool is there, at
- * p = S + s n with s = radius - depth; differentiating along the surface gives
- * dp . S_j = sum_k (I_jk - s II_jk) dw_k with the fundamental forms I, II of the surface, hence
- * J grad h = sum_jk h_k [(I - s II)^-1]_kj S_j,  h_k = grad h . S_k. Towards a focal point it has a
- * pole; s is cut down to where no factor 1/(1 - s k) exceeds 2. The forms are those of the rest
- * shape: with `wave` the force is a gradient up to what the dent changes of its curvature.
+ * p = S + s n with s = radius - depth (in a groove the depth at that foot, not that of all walls);
+ * differentiating along the surface gives dp . S_j = sum_k (I_jk - s II_jk) dw_k with the
+ * fundamental forms I, II of the surface, hence J grad h = sum_jk h_k [(I - s II)^-1]_kj S_j,  h_k
+ * = grad h . S_k. Towards a focal point it has a pole; s is cut down to where no factor 1/(1 - s k)
+ * exceeds 2. The forms are those of the rest shape: with `wave` the force is a gradient up to what
+ * the dent changes of its curvature.
  *
  * w goes from 0 to 1 as t^2 (3 - 2 t), t = depth/(3 A), A the amplitude: the force does not jump
  * on touching, and 1 + w' h stays within 1/2 .. 3/2, so that the pressed depth rises with the
@@ -78,9 +79,8 @@ static double relief(const double *constants, shcd_vec3 at, shcd_vec3 *gradient)
 
 /* J grad h */
 static shcd_vec3 pulled_back(const shcdi_touch *touch, shcd_vec3 gradient) {
-    double bounded_m;
     return shcdi_foot_motion(touch->model, touch->parameter, touch->normal,
-                             touch->tool_radius_m - touch->depth_m, gradient, &bounded_m);
+                             touch->tool_radius_m - touch->foot_depth_m, gradient);
 }
 
 static void bend(const double *constants, const shcdi_touch *touch, void *memory,

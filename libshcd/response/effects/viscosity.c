@@ -50,8 +50,9 @@ static void apply(const double *constants, const shcdi_touch *touch, void *memor
     const double radius_m =
         touch->tool_radius_m > 0.0 ? touch->tool_radius_m : SHCDI_SHARP_RADIUS_M;
     const double length_m = constants[LENGTH] > 0.0 ? constants[LENGTH] : 2.0 * radius_m;
-    const double c = constants[VISCOSITY] > 0.0 ? 6.0 * PI * constants[VISCOSITY] * radius_m
-                                                : constants[DAMPING];
+    const double c =
+        touch->along_part * (constants[VISCOSITY] > 0.0 ? 6.0 * PI * constants[VISCOSITY] * radius_m
+                                                        : constants[DAMPING]);
     const double t = shcdi_min(1.0, touch->depth_m / length_m);
     shcd_vec3 velocity = shcd_sub(touch->velocity_m_per_s, touch->surface_velocity_m_per_s);
     const double speed = shcd_norm(velocity);
