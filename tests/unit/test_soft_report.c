@@ -62,7 +62,7 @@ static double depth_now(const fixture *f, shcd_vec3 p, shcd_vec3 *foot, shcd_vec
 static void test_report_of_one_contact_is_that_of_the_surface_afterwards(void **state) {
     check_random random = {5};
     (void)state;
-    for (int i = 0; i < 20; i++) {
+    for (int i = 0; i < 4 + (int)check_scaled(16); i++) {
         const shcd_vec3 w = fixture_random_direction(&random);
         const shcd_pose at = fixture_random_pose(&random, 0.3);
         const double depth_m = check_uniform(&random, 1e-4, 2e-3);
@@ -98,7 +98,7 @@ static void test_report_of_two_contacts_counts_both_forces(void **state) {
     check_random random = {6};
     double corrected_m = 0.0;
     (void)state;
-    for (int i = 0; i < 20; i++) {
+    for (int i = 0; i < 4 + (int)check_scaled(16); i++) {
         const shcd_pose at = fixture_pose(0.1, 0.0, 0.0);
         const double angle = check_uniform(&random, 0.2, 0.6);
         const shcd_vec3 w[2] = {{0.0, 0.0, 1.0}, {sin(angle), 0.0, cos(angle)}};
