@@ -238,7 +238,8 @@ static void look_for_new(walls *w) {
 static double idle_depth(const walls *w, size_t slot, double *sine) {
     double m[SHCDI_WALLS_MAX], sum = 0.0, most = 0.0;
     const unsigned others = shcdi_walls_touched(w->now) & ~(1u << slot);
-    (void)shcdi_walls_solve(w->now, others, m);
+    const shcdi_wall_system q = shcdi_walls_couple(w->now, others);
+    (void)shcdi_walls_solve(&q, m);
     for (size_t i = 0; i < SHCDI_WALLS_MAX; i++) {
         if ((others >> i & 1u) != 0) {
             double rate;
@@ -384,10 +385,10 @@ static void update(walls *w, const shcdi_wall *deepest, shcdi_contact *contact) 
         w->now[i].is_new |= w->now[i].share == 0.0 && w->body->soft == NULL;
     }
     shcdi_walls_share(contact);
-    if (w->body->soft == NULL) {
+    if (w->body->soft == NULL) { /* else when its forces are known: soft_tilt.c */
         shcdi_walls_tilt(w->body->model, w->p, contact);
+        shcdi_walls_yield(w->dt_s, contact);
     }
-    shcdi_walls_yield(w->dt_s, contact);
 }
 
 void shcdi_sides_update(const shcdi_body *body, const shcdi_tool *tool, const shcdi_pursuit *u,

@@ -27,9 +27,9 @@ typedef struct shcdi_foot_frame {
 } shcdi_foot_frame;
 
 /** @return whether there is a tangent plane */
-static inline bool shcdi_foot_frame_at(const shcd_model *model, shcd_vec3 parameter, shcd_vec3 n,
+static inline bool shcdi_foot_frame_at(const shcdi_series *series, shcd_vec3 parameter, shcd_vec3 n,
                                        double s, shcdi_foot_frame *f) {
-    shcdi_surface_jet(&model->series, model->degree, parameter, &f->jet);
+    shcdi_surface_jet(series, series->degree, parameter, &f->jet);
     const double one[3] = {shcd_dot(f->jet.s1, f->jet.s1), shcd_dot(f->jet.s1, f->jet.s2),
                            shcd_dot(f->jet.s2, f->jet.s2)};
     const double two[3] = {shcd_dot(f->jet.s11, n), shcd_dot(f->jet.s12, n),
@@ -53,32 +53,41 @@ static inline void shcdi_foot_solve(const double m[3], double h1, double h2, dou
     *y = (m[0] * h2 - m[1] * h1) / det;
 }
 
+/** J u, and with it how far along t1 and t2 the parameter moves. */
+static inline shcd_vec3 shcdi_foot_frame_motion(const shcdi_foot_frame *f, shcd_vec3 u, double *a1,
+                                                double *a2) {
+    shcdi_foot_solve(f->m, shcd_dot(u, f->jet.s1), shcd_dot(u, f->jet.s2), a1, a2);
+    return shcd_add(shcd_scale(*a1, f->jet.s1), shcd_scale(*a2, f->jet.s2));
+}
+
+/** H u: how the normal turns. */
+static inline shcd_vec3 shcdi_foot_frame_turn(const shcdi_foot_frame *f, shcd_vec3 u) {
+    double c1, c2, a1, a2;
+    shcdi_foot_solve(f->one, shcd_dot(u, f->jet.s1), shcd_dot(u, f->jet.s2), &c1, &c2);
+    shcdi_foot_solve(f->m, f->two[0] * c1 + f->two[1] * c2, f->two[1] * c1 + f->two[2] * c2, &a1,
+                     &a2);
+    return shcd_add(shcd_scale(-a1, f->jet.s1), shcd_scale(-a2, f->jet.s2));
+}
+
 /** J u at the foot of a parameter, s bounded; of u's flat part where the surface has no tangent
  *  plane, that part itself. */
-static inline shcd_vec3 shcdi_foot_motion(const shcd_model *model, shcd_vec3 parameter, shcd_vec3 n,
-                                          double s, shcd_vec3 u) {
+static inline shcd_vec3 shcdi_foot_motion(const shcdi_series *series, shcd_vec3 parameter,
+                                          shcd_vec3 n, double s, shcd_vec3 u) {
     shcdi_foot_frame f;
     double a1, a2;
-    if (!shcdi_foot_frame_at(model, parameter, n, s, &f)) {
-        return shcd_mul_add(u, -shcd_dot(u, n), n);
-    }
-    shcdi_foot_solve(f.m, shcd_dot(u, f.jet.s1), shcd_dot(u, f.jet.s2), &a1, &a2);
-    return shcd_add(shcd_scale(a1, f.jet.s1), shcd_scale(a2, f.jet.s2));
+    return shcdi_foot_frame_at(series, parameter, n, s, &f)
+               ? shcdi_foot_frame_motion(&f, u, &a1, &a2)
+               : shcd_mul_add(u, -shcd_dot(u, n), n);
 }
 
 /** How the normal at the foot turns as the point moves by u: H u, H = (1 - n n^T - J)/s, written
  *  as -S_i ((I - s II)^-1 II I^-1)_ij S_j, which holds on the surface and behind it, too. s is
  *  bounded; zero where the surface has no tangent plane. */
-static inline shcd_vec3 shcdi_foot_turn(const shcd_model *model, shcd_vec3 parameter, shcd_vec3 n,
-                                        double s, shcd_vec3 u) {
+static inline shcd_vec3 shcdi_foot_turn(const shcdi_series *series, shcd_vec3 parameter,
+                                        shcd_vec3 n, double s, shcd_vec3 u) {
+    const shcd_vec3 none = {0.0, 0.0, 0.0};
     shcdi_foot_frame f;
-    double c1, c2, a1, a2;
-    if (!shcdi_foot_frame_at(model, parameter, n, s, &f)) {
-        return shcd_vec3_make(0.0, 0.0, 0.0);
-    }
-    shcdi_foot_solve(f.one, shcd_dot(u, f.jet.s1), shcd_dot(u, f.jet.s2), &c1, &c2);
-    shcdi_foot_solve(f.m, f.two[0] * c1 + f.two[1] * c2, f.two[1] * c1 + f.two[2] * c2, &a1, &a2);
-    return shcd_add(shcd_scale(-a1, f.jet.s1), shcd_scale(-a2, f.jet.s2));
+    return shcdi_foot_frame_at(series, parameter, n, s, &f) ? shcdi_foot_frame_turn(&f, u) : none;
 }
 
 #endif

@@ -10,6 +10,8 @@
  * the compliance W is the law itself under g W, times g; any other is blended with its absence. */
 #include "response/respond.h"
 
+#include "response/walls.h"
+
 #include <string.h>
 
 typedef enum stage { STAGE_BEND, STAGE_PRESS, STAGE_APPLY } stage;
@@ -138,6 +140,7 @@ typedef struct found_contact {
     unsigned char *memory;
     bool is_new;
     bool is_wall;     /* shares one spring with the other walls of the tool */
+    uint32_t wall;    /* which of them */
     bool is_reported; /* the tool's output describes it */
 } found_contact;
 
@@ -205,6 +208,7 @@ static void respond(shcdi_visit *v, size_t b, found_contact *f) {
         press->tool = (uint32_t)v->tool_index;
         press->is_reported = f->is_reported;
         press->is_wall = f->is_wall;
+        press->wall = f->wall;
         return;
     }
     r.flags |= body->soft != NULL ? (uint32_t)SHCD_TOOL_OUTPUT_DEGRADED : 0u;
@@ -270,6 +274,7 @@ static double part_along(const shcdi_contact *known) {
 static void respond_walls(shcdi_visit *v, size_t b) {
     const shcdi_contact *known = &shcdi_contacts_of(v->scene, v->state, v->tool_index)[b];
     const shcdi_body *body = &v->scene->bodies[b];
+    const shcd_vec3 none = {0.0, 0.0, 0.0};
     for (size_t k = 0; k < SHCDI_WALLS_MAX; k++) {
         const shcdi_wall *wall = &known->wall[k];
         const bool is_soft = body->soft != NULL;
@@ -283,13 +288,14 @@ static void respond_walls(shcdi_visit *v, size_t b) {
         f.touch.foot_depth_m = wall->depth_m + wall->short_m;
         f.touch.along_part = is_soft ? 1.0 : part_along(known); /* of a soft one: divide_along() */
         f.touch.along_weight = f.share * f.touch.along_part;
-        f.slope = wall->slope; /* of a soft body zero */
+        f.slope = is_soft ? none : wall->slope; /* of a soft one: soft_tilt.c */
         f.touch.foot_m = wall->foot_m;
         f.touch.parameter = wall->parameter;
         f.memory = shcdi_effect_memory(v->scene, v->state, v->tool_index, b) +
                    k * v->scene->tool_memory_bytes;
         f.is_new = wall->is_new != 0;
         f.is_wall = true;
+        f.wall = (uint32_t)k;
         f.is_reported = k == known->deepest && v->output->tools[v->tool_index].body == (int32_t)b;
         respond(v, b, &f);
         v->output->tools[v->tool_index].n_contacts++;
@@ -400,6 +406,23 @@ static void divide_along(shcdi_press *press, uint32_t n_presses) {
     }
 }
 
+/* What the walls of a tool have come to, and with it whether its contact yields. */
+static void yield_walls(const shcd_scene *scene, shcd_state *state, size_t b, double dt_s,
+                        const shcdi_press *press, uint32_t n_presses) {
+    for (uint32_t i = 0; i < n_presses; i++) {
+        const shcdi_press *p = &press[i];
+        shcdi_contact *contact = &shcdi_contacts_of(scene, state, p->tool)[b];
+        if (p->is_wall) {
+            contact->wall[p->wall].way_m = p->way_m;
+            contact->wall[p->wall].share = p->way_share;
+            contact->wall[p->wall].slope = p->tilt;
+        }
+        if (p->is_wall && (i + 1 == n_presses || p[1].tool != p->tool)) {
+            shcdi_walls_yield(dt_s, contact);
+        }
+    }
+}
+
 void shcdi_respond_soft(const shcd_scene *scene, shcd_state *state, size_t b,
                         const shcd_input *input, shcd_output *output) {
     const shcdi_body *body = &scene->bodies[b];
@@ -414,11 +437,13 @@ void shcdi_respond_soft(const shcd_scene *scene, shcd_state *state, size_t b,
     const uint64_t start = is_timed ? input->clock_ns(input->clock_user) : 0;
     shcdi_soft_press(body->soft, memory, has_law ? &body->effects[e] : NULL, gain);
     report_ends(scene, state, b, gain.shown, output); /* of the forces that moved the modes */
+    shcdi_soft_tilt(body->soft, memory, gain.shown);
     if (is_timed) {
         output->effects[body->first_effect + wave].time_ns += since(input, start);
     }
     const shcdi_soft_state *soft = (const shcdi_soft_state *)(const void *)memory;
     shcdi_press *press = shcdi_soft_parts_of(body->soft, memory).press;
+    yield_walls(scene, state, b, input->dt_s, press, soft->n_presses);
     divide_along(press, soft->n_presses);
     for (uint32_t i = 0; i < soft->n_presses; i++) {
         shcdi_press *p = &press[i];

@@ -209,6 +209,7 @@ static size_t lay_out(const shcdi_soft *soft, unsigned char *memory, shcdi_soft_
                             n * sizeof(shcdi_propagator),
                             soft->drive_m2 != NULL ? n * sizeof(shcd_vec3) : 0,
                             soft->drive_m2 != NULL ? n * sizeof(shcd_vec3) : 0,
+                            n * sizeof(shcd_vec3),
                             3 * soft->n_harmonics * sizeof(double),
                             SHCDI_PRESSES_MAX * n * sizeof(double),
                             SHCDI_PRESSES_MAX * sizeof(shcdi_press),
@@ -225,10 +226,11 @@ static size_t lay_out(const shcdi_soft *soft, unsigned char *memory, shcdi_soft_
     p->propagator = part[3];
     p->drive = part[4];
     p->before = part[5];
-    p->coefficients = part[6];
-    p->at = part[7];
-    p->press = part[8];
-    p->shape = part[9];
+    p->tilt = part[6];
+    p->coefficients = part[7];
+    p->at = part[8];
+    p->press = part[9];
+    p->shape = part[10];
     return at;
 }
 

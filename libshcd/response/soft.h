@@ -92,7 +92,10 @@ typedef struct shcdi_press {
     uint32_t tool;
     uint32_t is_reported; /**< the contact that the tool's output describes */
     uint32_t is_wall;     /**< shares one spring with the other walls of the tool */
-    uint32_t reserved0;
+    uint32_t wall;        /**< which of them */
+    double way_m;         /**< what it moves the ball by, if there are several with a law, ... */
+    double way_share;     /**< ... its share of the whole way out, ... */
+    shcd_vec3 tilt;       /**< ... and what its slope is besides, since it turns */
 } shcdi_press;
 
 /** What changes, in the state; arrays and the shape follow, see soft.c. */
@@ -103,7 +106,8 @@ typedef struct shcdi_soft_state {
     double stored_j; /**< energy of the modes, and of what they leave out, after the last tick */
     uint32_t n_presses;
     uint32_t is_moving; /**< 0: in the rest shape, at rest */
-    uint64_t reserved0;
+    uint32_t is_tilted; /**< 0: `tilt` counts as zero */
+    uint32_t reserved0;
 } shcdi_soft_state;
 
 /** The parts of a body's memory. */
@@ -113,6 +117,7 @@ typedef struct shcdi_soft_parts {
     shcdi_propagator *propagator; /**< of the modes */
     shcd_vec3 *drive;             /**< acceleration by pulse, held over the tick; of the modes */
     shcd_vec3 *before;            /**< q at the start of the tick, if pulse drives */
+    shcd_vec3 *tilt;              /**< acceleration by walls that turn, held over the next tick */
     double *coefficients;         /**< 3 n_harmonics */
     double *at;                   /**< b_k phi_k at each contact, SHCDI_PRESSES_MAX rows */
     shcdi_press *press;
@@ -177,6 +182,10 @@ void shcdi_soft_account(const shcdi_soft *soft, unsigned char *memory);
  *  the modes by them. */
 void shcdi_soft_press(const shcdi_soft *soft, unsigned char *memory, const shcdi_active_effect *law,
                       shcdi_soft_gain gain);
+
+/** After shcdi_soft_press(): what the walls of a tool push besides, since they turn as the ball and
+ *  the surface move; soft_tilt.c. */
+void shcdi_soft_tilt(const shcdi_soft *soft, unsigned char *memory, double shown);
 
 /** How far these forces have moved the surface at a noted contact by the end of the tick: what the
  *  modes show, without what they leave out. After shcdi_soft_press(). */

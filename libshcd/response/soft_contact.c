@@ -45,9 +45,6 @@
  * which two answers for it may differ. */
 #define STEPS_MAX 64
 #define ROOT 0x1p-48
-/* Walls that differ less, as a share of the diagonal that the others leave, are one. */
-#define SINGULAR 1e-9
-
 /* Matrix among the contacts of a body. */
 typedef double matrix[SHCDI_PRESSES_MAX][SHCDI_PRESSES_MAX];
 
@@ -62,15 +59,13 @@ typedef struct relaxation {
     bool is_alone; /* one block: nothing to sweep again for */
 } relaxation;
 
-typedef struct square {
-    double at[SHCDI_WALLS_MAX][SHCDI_WALLS_MAX];
-} square;
+typedef double square[SHCDI_WALLS_MAX][SHCDI_WALLS_MAX];
 
 /* The walls of one tool, or one other contact. */
 typedef struct block {
-    size_t of[SHCDI_WALLS_MAX], n;
-    double depth_m[SHCDI_WALLS_MAX]; /* under the forces of all others */
-    square a, w;
+    size_t of[SHCDI_WALLS_MAX];
+    shcdi_wall_system a; /* depths under the forces of all others */
+    square w;
 } block;
 
 /* (b phi)_i . C (b phi)_j/(rho h): what a unit force at j moves the surface at i, along the force
@@ -116,89 +111,35 @@ static double force_at(const shcdi_press *press, const shcdi_active_effect *law,
 /* The next block, from contact i on: walls of one tool are noted one after the other. */
 static block block_at(const relaxation *r, size_t i) {
     const shcdi_press *p = r->parts->press;
-    block b = {.n = 0};
+    shcdi_wall wall[SHCDI_WALLS_MAX];
+    block b;
+    size_t n = 0;
     do {
-        b.of[b.n++] = i++;
-    } while (i < r->parts->head->n_presses && b.n < SHCDI_WALLS_MAX && p[i].is_wall &&
+        b.of[n] = i;
+        wall[n].normal = p[i].touch.normal;
+        wall[n++].depth_m = p[i].response.depth_m;
+        i++;
+    } while (i < r->parts->head->n_presses && n < SHCDI_WALLS_MAX && p[i].is_wall &&
              p[i - 1].is_wall && p[i].tool == p[i - 1].tool);
-    for (size_t j = 0; j < b.n; j++) {
-        const shcdi_wall wall = {.normal = p[b.of[j]].touch.normal};
-        b.depth_m[j] = p[b.of[j]].response.depth_m;
+    for (size_t j = 0; j < n; j++) {
         for (size_t k = 0; k < r->parts->head->n_presses; k++) {
-            b.depth_m[j] -=
-                k < b.of[0] || k > b.of[b.n - 1] ? r->w[b.of[j]][k] * r->force_n[k] : 0.0;
+            wall[j].depth_m -=
+                k < b.of[0] || k > b.of[n - 1] ? r->w[b.of[j]][k] * r->force_n[k] : 0.0;
         }
-        for (size_t k = 0; k < b.n; k++) {
-            const shcdi_wall other = {.normal = p[b.of[k]].touch.normal};
-            double rate;
-            b.a.at[j][k] = j == k ? 1.0 : shcdi_wall_coupling(&wall, &other, &rate);
-            b.w.at[j][k] = r->w[b.of[j]][b.of[k]];
+        for (size_t k = 0; k < n; k++) {
+            b.w[j][k] = r->w[b.of[j]][b.of[k]];
         }
     }
+    b.a = shcdi_walls_couple(wall, (1u << n) - 1u);
+    b.a.n = n;
     return b;
 }
 
-/* (1) with the contacts of a set alone. @return whether its matrix is regular and m >= 0 */
-static bool solve_set(const block *b, const square *q, unsigned set, double m[SHCDI_WALLS_MAX]) {
-    double l[SHCDI_WALLS_MAX][SHCDI_WALLS_MAX + 1]; /* and the right side */
-    for (size_t i = 0; i < b->n; i++) {
-        const bool is_in = (set >> i & 1u) != 0;
-        for (size_t j = 0; j < b->n; j++) {
-            l[i][j] = is_in && (set >> j & 1u) != 0 ? q->at[i][j] : i == j ? 1.0 : 0.0;
-        }
-        l[i][b->n] = is_in ? b->depth_m[i] : 0.0;
-    }
-    for (size_t k = 0; k < b->n; k++) {
-        if (!(l[k][k] > ((set >> k & 1u) != 0 ? SINGULAR * q->at[k][k] : 0.0))) {
-            return false;
-        }
-        for (size_t i = k + 1; i < b->n; i++) {
-            const double share = l[i][k] / l[k][k];
-            for (size_t j = k; j <= b->n; j++) {
-                l[i][j] -= share * l[k][j];
-            }
-        }
-    }
-    bool is_positive = true;
-    for (size_t i = b->n; i-- > 0;) {
-        m[i] = l[i][b->n];
-        for (size_t j = i + 1; j < b->n; j++) {
-            m[i] -= l[i][j] * m[j];
-        }
-        m[i] /= l[i][i];
-        is_positive = is_positive && m[i] >= 0.0;
-    }
-    return is_positive;
-}
-
-/* The solution of (1) with the largest 2 m . d - m . Q m = m . d, as in walls.c. */
-static void solve(const block *b, const square *q, double m[SHCDI_WALLS_MAX]) {
-    double best = 0.0;
-    for (size_t i = 0; i < SHCDI_WALLS_MAX; i++) {
-        m[i] = 0.0;
-    }
-    for (unsigned set = 1; set < 1u << b->n; set++) {
-        double try[SHCDI_WALLS_MAX], value = 0.0;
-        if (!solve_set(b, q, set, try)) {
-            continue;
-        }
-        for (size_t i = 0; i < b->n; i++) {
-            value += try[i] * b->depth_m[i];
-        }
-        if (value > best) {
-            best = value;
-            for (size_t i = 0; i < b->n; i++) {
-                m[i] = try[i];
-            }
-        }
-    }
-}
-
-static double form(const block *b, const square *q, const double m[SHCDI_WALLS_MAX]) {
+static double form(size_t n, const square q, const double m[SHCDI_WALLS_MAX]) {
     double sum = 0.0;
-    for (size_t i = 0; i < b->n; i++) {
-        for (size_t j = 0; j < b->n; j++) {
-            sum += m[i] * q->at[i][j] * m[j];
+    for (size_t i = 0; i < n; i++) {
+        for (size_t j = 0; j < n; j++) {
+            sum += m[i] * q[i][j] * m[j];
         }
     }
     return sum;
@@ -206,34 +147,38 @@ static double form(const block *b, const square *q, const double m[SHCDI_WALLS_M
 
 /* Rigid contacts; of a gain below one each yields in that proportion. */
 static void press_rigid(const relaxation *r, const block *b, double force_n[]) {
-    square q = b->w;
-    for (size_t i = 0; i < b->n; i++) {
+    shcdi_wall_system q = b->a;
+    for (size_t i = 0; i < q.n; i++) {
         force_n[i] = 0.0;
+        for (size_t j = 0; j < q.n; j++) {
+            q.at[i][j] = b->w[i][j];
+        }
         q.at[i][i] /= r->gain > 0.0 ? r->gain : 1.0;
     }
     if (r->gain > 0.0) {
-        solve(b, &q, force_n);
+        (void)shcdi_walls_solve(&q, force_n);
     }
 }
 
 /* The root of (2). */
 static void press_walls(const relaxation *r, const block *b, double force_n[], double stored_j[]) {
-    const shcdi_press *press = &r->parts->press[b->of[0]];
+    shcdi_press *press = &r->parts->press[b->of[0]];
+    const size_t n = b->a.n;
     double m[SHCDI_WALLS_MAX], low = 0.0, high = HUGE_VAL, s = 0.0;
     double depth_m = 0.0, f = 0.0, energy_j = 0.0;
-    for (int n = 0; n < STEPS_MAX; n++) {
-        square q;
-        for (size_t i = 0; i < b->n; i++) {
-            for (size_t j = 0; j < b->n; j++) {
-                q.at[i][j] = b->a.at[i][j] + s * b->w.at[i][j];
+    for (int step = 0; step < STEPS_MAX; step++) {
+        shcdi_wall_system q = b->a;
+        for (size_t i = 0; i < n; i++) {
+            for (size_t j = 0; j < n; j++) {
+                q.at[i][j] += s * b->w[i][j];
             }
         }
-        solve(b, &q, m);
-        depth_m = sqrt(form(b, &b->a, m));
+        (void)shcdi_walls_solve(&q, m);
+        depth_m = sqrt(form(n, b->a.at, m));
         if (!(depth_m > 0.0)) {
             break;
         }
-        const double w = form(b, &b->w, m) / (depth_m * depth_m);
+        const double w = form(n, b->w, m) / (depth_m * depth_m);
         const double whole_m = depth_m * (1.0 + s * w); /* m . d/D, by (1) */
         f = force_at(press, r->law, r->gain, whole_m, w, &energy_j);
         if (fabs(f - s * depth_m) <= ROOT * f) {
@@ -243,19 +188,22 @@ static void press_walls(const relaxation *r, const block *b, double force_n[], d
         double next = left_m > 0.0 ? f / left_m : HUGE_VAL;
         low = next > s ? shcdi_max(low, s) : low;
         high = next > s ? high : shcdi_min(high, s);
-        if (!(next > low && next < high) || (n % 2 == 1 && n > STEPS_MAX / 4 && high < HUGE_VAL)) {
+        if (!(next > low && next < high) ||
+            (step % 2 == 1 && step > STEPS_MAX / 4 && high < HUGE_VAL)) {
             next = high < HUGE_VAL ? 0.5 * (low + high) : 2.0 * low + f / whole_m;
         }
         s = next;
     }
-    for (size_t i = 0; i < b->n; i++) {
+    for (size_t i = 0; i < n; i++) {
         const double share = depth_m > 0.0 ? m[i] / depth_m : 0.0;
         double left_m = 0.0; /* d'_i of a wall with a force: (A m)_i, by (1) */
-        for (size_t j = 0; j < b->n; j++) {
+        for (size_t j = 0; j < n; j++) {
             left_m += b->a.at[i][j] * m[j];
         }
         force_n[i] = f * share;
         stored_j[i] = depth_m > 0.0 ? energy_j * share * left_m / depth_m : 0.0;
+        press[i].way_m = m[i];
+        press[i].way_share = share;
     }
 }
 
@@ -267,20 +215,20 @@ static double sweep(relaxation *r) {
     for (size_t i = 0; i < r->parts->head->n_presses;) {
         const block b = block_at(r, i);
         double f[SHCDI_WALLS_MAX];
-        if (b.n == 1) {
-            f[0] = force_at(&r->parts->press[i], r->law, r->gain, b.depth_m[0], b.w.at[0][0],
+        if (b.a.n == 1) {
+            f[0] = force_at(&r->parts->press[i], r->law, r->gain, b.a.depth_m[0], b.w[0][0],
                             &r->stored_j[i]);
         } else if (r->law == NULL) {
             press_rigid(r, &b, f);
         } else {
             press_walls(r, &b, f, &r->stored_j[i]);
         }
-        for (size_t k = 0; k < b.n; k++, i++) {
+        for (size_t k = 0; k < b.a.n; k++, i++) {
             change = shcdi_max(change, fabs(f[k] - r->force_n[i]));
             largest = shcdi_max(largest, f[k]);
             r->force_n[i] = f[k];
         }
-        r->is_alone = b.n == r->parts->head->n_presses;
+        r->is_alone = b.a.n == r->parts->head->n_presses;
     }
     return largest > 0.0 ? change / largest : change;
 }

@@ -135,7 +135,11 @@ void shcdi_soft_evolve(const shcdi_soft *soft, unsigned char *memory, shcdi_soft
         for (size_t k = 0; k < soft->n_modes && soft->drive_m2 != NULL; k++) {
             shcdi_soft_push(&p, k, p.drive[k]);
         }
+        for (size_t k = 0; k < soft->n_modes && p.head->is_tilted; k++) {
+            shcdi_soft_push(&p, k, p.tilt[k]);
+        }
     }
+    p.head->is_tilted = 0;
     if (p.head->is_moving || was_moving) {
         shcdi_soft_coefficients(soft, memory, gain.shown, p.coefficients);
         /* every other tick: a contact is followed on the surface itself, and a search near it bears

@@ -48,7 +48,7 @@
 /* c0: cosine of 84 degrees. */
 #define BEGINS 0.1
 
-/* Walls that differ less, 1 - c^2 below it, are one. */
+/* Walls that differ less, as a share of the diagonal that the others leave, are one. */
 #define SINGULAR 1e-9
 
 /* Time in which a contact would yield altogether [s]. */
@@ -60,70 +60,75 @@ double shcdi_wall_coupling(const shcdi_wall *a, const shcdi_wall *b, double *rat
     return t < 1.0 ? c * t * (2.0 - t) : c;
 }
 
-static double coupling(const shcdi_wall *a, const shcdi_wall *b) {
-    double rate;
-    return shcdi_wall_coupling(a, b, &rate);
-}
-
-/* A block of A by Cholesky's method. @return whether it is regular and m >= 0 */
-static bool solve(const shcdi_wall wall[], unsigned set, double m[SHCDI_WALLS_MAX]) {
-    double l[SHCDI_WALLS_MAX][SHCDI_WALLS_MAX], y[SHCDI_WALLS_MAX];
-    size_t of[SHCDI_WALLS_MAX], n = 0;
-    for (size_t i = 0; i < SHCDI_WALLS_MAX; i++) {
-        m[i] = 0.0;
-        if ((set >> i & 1u) != 0) {
-            of[n++] = i;
+/* With the contacts of a set alone. @return whether its block is regular and m >= 0 */
+static bool solve_set(const shcdi_wall_system *q, unsigned set, double m[SHCDI_WALLS_MAX]) {
+    double l[SHCDI_WALLS_MAX][SHCDI_WALLS_MAX + 1]; /* and the right side */
+    for (size_t i = 0; i < q->n; i++) {
+        const bool is_in = (set >> i & 1u) != 0;
+        for (size_t j = 0; j < q->n; j++) {
+            l[i][j] = is_in && (set >> j & 1u) != 0 ? q->at[i][j] : i == j ? 1.0 : 0.0;
         }
+        l[i][q->n] = is_in ? q->depth_m[i] : 0.0;
     }
-    for (size_t i = 0; i < n; i++) {
-        y[i] = wall[of[i]].depth_m;
-        for (size_t j = 0; j <= i; j++) {
-            double sum = i == j ? 1.0 : coupling(&wall[of[i]], &wall[of[j]]);
-            for (size_t k = 0; k < j; k++) {
-                sum -= l[i][k] * l[j][k];
-            }
-            if (i == j && !(sum > SINGULAR)) {
-                return false;
-            }
-            l[i][j] = i == j ? sqrt(sum) : sum / l[j][j];
-            y[i] -= i == j ? 0.0 : l[i][j] * y[j];
-        }
-        y[i] /= l[i][i];
-    }
-    for (size_t i = n; i-- > 0;) {
-        for (size_t k = i + 1; k < n; k++) {
-            y[i] -= l[k][i] * y[k];
-        }
-        y[i] /= l[i][i];
-        if (!(y[i] >= 0.0)) {
+    for (size_t k = 0; k < q->n; k++) {
+        if (!(l[k][k] > ((set >> k & 1u) != 0 ? SINGULAR * q->at[k][k] : 0.0))) {
             return false;
         }
-        m[of[i]] = y[i];
+        for (size_t i = k + 1; i < q->n; i++) {
+            const double share = l[i][k] / l[k][k];
+            for (size_t j = k; j <= q->n; j++) {
+                l[i][j] -= share * l[k][j];
+            }
+        }
     }
-    return true;
+    bool is_positive = true;
+    for (size_t i = q->n; i-- > 0;) {
+        m[i] = l[i][q->n];
+        for (size_t j = i + 1; j < q->n; j++) {
+            m[i] -= l[i][j] * m[j];
+        }
+        m[i] /= l[i][i];
+        is_positive = is_positive && m[i] >= 0.0;
+    }
+    return is_positive;
 }
 
-double shcdi_walls_solve(const shcdi_wall wall[], unsigned set, double m[SHCDI_WALLS_MAX]) {
+double shcdi_walls_solve(const shcdi_wall_system *q, double m[SHCDI_WALLS_MAX]) {
     double best = 0.0;
     for (size_t i = 0; i < SHCDI_WALLS_MAX; i++) {
         m[i] = 0.0;
     }
-    for (unsigned s = 1; s < 1u << SHCDI_WALLS_MAX; s++) {
+    for (unsigned set = 1; set < 1u << q->n; set++) {
         double try[SHCDI_WALLS_MAX], value = 0.0;
-        if ((s & ~set) != 0 || !solve(wall, s, try)) {
+        if (!solve_set(q, set, try)) {
             continue;
         }
-        for (size_t i = 0; i < SHCDI_WALLS_MAX; i++) {
-            value += (s >> i & 1u) != 0 ? try[i] * wall[i].depth_m : 0.0;
+        for (size_t i = 0; i < q->n; i++) {
+            value += try[i] * q->depth_m[i];
         }
         if (value > best) {
             best = value;
-            for (size_t i = 0; i < SHCDI_WALLS_MAX; i++) {
+            for (size_t i = 0; i < q->n; i++) {
                 m[i] = try[i];
             }
         }
     }
-    return sqrt(best);
+    return best;
+}
+
+shcdi_wall_system shcdi_walls_couple(const shcdi_wall wall[], unsigned set) {
+    shcdi_wall_system q = {.n = SHCDI_WALLS_MAX};
+    for (size_t i = 0; i < SHCDI_WALLS_MAX; i++) {
+        const bool is_in = (set >> i & 1u) != 0;
+        q.depth_m[i] = is_in ? wall[i].depth_m : 0.0;
+        for (size_t j = 0; j < SHCDI_WALLS_MAX; j++) {
+            double rate;
+            q.at[i][j] = i == j                             ? 1.0
+                         : is_in && (set >> j & 1u) != 0 ? shcdi_wall_coupling(&wall[i], &wall[j], &rate)
+                                                            : 0.0;
+        }
+    }
+    return q;
 }
 
 unsigned shcdi_walls_touched(const shcdi_wall wall[]) {
@@ -152,7 +157,8 @@ static double springs(const shcdi_wall wall[], const double m[]) {
 void shcdi_walls_share(shcdi_contact *contact) {
     shcdi_wall *wall = contact->wall;
     double m[SHCDI_WALLS_MAX];
-    const double depth_m = shcdi_walls_solve(wall, shcdi_walls_touched(wall), m);
+    const shcdi_wall_system q = shcdi_walls_couple(wall, shcdi_walls_touched(wall));
+    const double depth_m = sqrt(shcdi_walls_solve(&q, m));
     const shcd_vec3 none = {0.0, 0.0, 0.0};
     contact->pressed_m = depth_m;
     for (size_t i = 0; i < SHCDI_WALLS_MAX; i++) {
@@ -183,25 +189,27 @@ void shcdi_walls_yield(double dt_s, shcdi_contact *contact) {
     }
 }
 
+shcd_vec3 shcdi_wall_lean(const shcdi_wall wall[], size_t i) {
+    shcd_vec3 sum = {0.0, 0.0, 0.0};
+    for (size_t j = 0; j < SHCDI_WALLS_MAX; j++) {
+        double rate = 0.0;
+        if (j != i && wall[j].way_m > 0.0 &&
+            shcdi_wall_coupling(&wall[i], &wall[j], &rate) > 0.0) {
+            sum = shcd_mul_add(sum, rate * wall[j].way_m, wall[j].normal);
+        }
+    }
+    return sum;
+}
+
 void shcdi_walls_tilt(const shcd_model *model, shcd_vec3 p, shcdi_contact *contact) {
     for (size_t i = 0; i < SHCDI_WALLS_MAX; i++) {
         shcdi_wall *wall = &contact->wall[i];
         const double s = shcd_dot(shcd_sub(p, wall->foot_m), wall->normal);
-        shcd_vec3 sum = {0.0, 0.0, 0.0};
-        wall->slope = sum;
-        if (!(wall->share > 0.0)) {
-            continue;
-        }
-        for (size_t j = 0; j < SHCDI_WALLS_MAX; j++) {
-            const shcdi_wall *other = &contact->wall[j];
-            double rate = 0.0;
-            if (j != i && other->share > 0.0 && shcdi_wall_coupling(wall, other, &rate) > 0.0) {
-                sum = shcd_mul_add(sum, rate * other->way_m, other->normal);
-            }
-        }
-        if (sum.x == 0.0 && sum.y == 0.0 && sum.z == 0.0) {
-            continue; /* alone */
-        }
-        wall->slope = shcdi_foot_turn(model, wall->parameter, wall->normal, s, sum);
+        const shcd_vec3 lean = shcdi_wall_lean(contact->wall, i), none = {0.0, 0.0, 0.0};
+        const bool is_alone = lean.x == 0.0 && lean.y == 0.0 && lean.z == 0.0;
+        wall->slope =
+            wall->way_m > 0.0 && !is_alone
+                ? shcdi_foot_turn(&model->series, wall->parameter, wall->normal, s, lean)
+                : none;
     }
 }

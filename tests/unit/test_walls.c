@@ -57,8 +57,8 @@ static void test_turn_and_motion_add_up(void **state) {
         value = jet.s;
         normal = shcd_unit(shcd_cross(jet.s1, jet.s2));
         normal = shcd_dot(normal, value) < 0.0 ? shcd_scale(-1.0, normal) : normal;
-        const shcd_vec3 moved = shcdi_foot_motion(model, w, normal, s, u);
-        const shcd_vec3 turned = shcdi_foot_turn(model, w, normal, s, u);
+        const shcd_vec3 moved = shcdi_foot_motion(&model->series, w, normal, s, u);
+        const shcd_vec3 turned = shcdi_foot_turn(&model->series, w, normal, s, u);
         const shcd_vec3 flat = shcd_mul_add(u, -shcd_dot(u, normal), normal);
         assert_near(shcd_norm(shcd_sub(shcd_mul_add(moved, s, turned), flat)), 0.0, 1e-11);
     }

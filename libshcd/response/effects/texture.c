@@ -79,7 +79,7 @@ static double relief(const double *constants, shcd_vec3 at, shcd_vec3 *gradient)
 
 /* J grad h */
 static shcd_vec3 pulled_back(const shcdi_touch *touch, shcd_vec3 gradient) {
-    return shcdi_foot_motion(touch->model, touch->parameter, touch->normal,
+    return shcdi_foot_motion(&touch->model->series, touch->parameter, touch->normal,
                              touch->tool_radius_m - touch->foot_depth_m, gradient);
 }
 
