@@ -359,10 +359,12 @@ static void begin(walls *w, shcdi_contact *contact) {
 
 void shcdi_sides_release(shcdi_contact *contact) {
     const shcdi_wall none = {.is_touching = 0};
+    const shcdi_account closed = {.is_open = 0};
     for (size_t i = 0; i < SHCDI_WALLS_MAX; i++) {
         contact->wall[i] = none;
     }
     contact->yielded = 0.0;
+    contact->account = closed;
 }
 
 static void update(walls *w, const shcdi_wall *deepest, shcdi_contact *contact) {

@@ -4,131 +4,11 @@
  * A contact with a rigid body is answered at once, tool by tool. One with a soft body is noted
  * first: how far a surface gives way under one contact depends on all of them, so their normal
  * forces are solved for together (soft_contact.c) when the last tool has been looked at, and what
- * remains of the effects acts on the result.
- *
- * An effect whose gain is neither 0 nor 1 acts in that proportion: an elastic law scaled by g under
- * the compliance W is the law itself under g W, times g; any other is blended with its absence. */
+ * remains of the effects acts on the result (respond_soft.c). */
 #include "response/respond.h"
-
-#include "response/walls.h"
+#include "response/chain.h"
 
 #include <string.h>
-
-typedef enum stage { STAGE_BEND, STAGE_PRESS, STAGE_APPLY } stage;
-
-/* A contact while effects act on it. */
-typedef struct contact {
-    const shcd_scene *scene;
-    const shcdi_body *body;
-    const shcdi_gain *gains; /* of the body's effects */
-    const shcd_input *input;
-    shcd_output *output;
-    size_t tool;
-    double share, energy_share;
-    const shcdi_touch *touch;
-    unsigned char *memory;
-} contact;
-
-static bool has_effect(const contact *c) {
-    return c->body->n_effects > 0;
-}
-
-static double since(const shcd_input *input, uint64_t before) {
-    return (double)(input->clock_ns(input->clock_user) - before);
-}
-
-/* ---- one effect ----------------------------------------------------------------------------- */
-
-static void call(const contact *c, const shcdi_active_effect *active, double gain, stage at,
-                 shcdi_response *r) {
-    unsigned char *memory = c->memory + active->state_offset;
-    if (at == STAGE_BEND) {
-        active->effect->bend(active->constants, c->touch, memory, r);
-    } else if (at == STAGE_PRESS) {
-        double stored_j = 0.0;
-        r->normal_force_n +=
-            gain * active->effect->press(active->constants, c->touch, r->depth_m, 0.0, &stored_j);
-        r->stored_j += gain * stored_j;
-    } else {
-        active->effect->apply(active->constants, c->touch, memory, r);
-    }
-}
-
-static bool has_stage(const shcdi_effect *effect, stage at) {
-    return at == STAGE_BEND    ? effect->bend != NULL
-           : at == STAGE_PRESS ? effect->press != NULL
-                               : effect->apply != NULL;
-}
-
-static void blend(const shcdi_response *before, double gain, shcdi_response *r) {
-    r->depth_m = before->depth_m + gain * (r->depth_m - before->depth_m);
-    r->normal_force_n =
-        before->normal_force_n + gain * (r->normal_force_n - before->normal_force_n);
-    r->stored_j = before->stored_j + gain * (r->stored_j - before->stored_j);
-    r->anchored_j = before->anchored_j + gain * (r->anchored_j - before->anchored_j);
-    r->slope = shcd_mul_add(before->slope, gain, shcd_sub(r->slope, before->slope));
-    r->other_force_n = shcd_mul_add(before->other_force_n, gain,
-                                    shcd_sub(r->other_force_n, before->other_force_n));
-}
-
-static shcd_vec3 force_of(const contact *c, const shcdi_response *r) {
-    return shcd_mul_add(r->other_force_n, r->normal_force_n, shcd_add(c->touch->normal, r->slope));
-}
-
-/* Books what an effect has changed. */
-static void book(const contact *c, size_t e, const shcdi_response *before,
-                 const shcdi_response *after) {
-    const size_t i = c->body->first_effect + e;
-    if (c->output->effects != NULL) {
-        c->output->effects[i].stored_j += c->energy_share * (after->stored_j - before->stored_j) +
-                                          c->share * (after->anchored_j - before->anchored_j);
-    }
-    if (c->output->effect_forces_n != NULL) {
-        const shcd_vec3 change = shcd_sub(force_of(c, after), force_of(c, before));
-        shcd_vec3 *sum = &c->output->effect_forces_n[c->tool * c->output->n_effects + i];
-        *sum =
-            shcd_mul_add(*sum, c->share, shcd_rotate(c->body->body_in_world.orientation, change));
-    }
-}
-
-static void act(const contact *c, stage at, shcdi_response *r) {
-    const bool is_booked = c->output->effects != NULL || c->output->effect_forces_n != NULL;
-    const bool is_timed = c->output->effects != NULL && c->input->clock_ns != NULL;
-    for (size_t e = 0; e < c->body->n_effects; e++) {
-        const shcdi_active_effect *active = &c->body->effects[e];
-        const double gain = c->gains[e].now;
-        if (!has_stage(active->effect, at) || gain == 0.0) {
-            continue;
-        }
-        const shcdi_response before = *r;
-        const uint64_t start = is_timed ? c->input->clock_ns(c->input->clock_user) : 0;
-        call(c, active, gain, at, r);
-        if (gain < 1.0 && at != STAGE_PRESS) {
-            blend(&before, gain, r);
-        }
-        if (is_timed) {
-            c->output->effects[c->body->first_effect + e].time_ns += since(c->input, start);
-        }
-        if (is_booked) {
-            book(c, e, &before, r);
-        }
-    }
-}
-
-/* ---- one contact ---------------------------------------------------------------------------- */
-
-static void add_wrench(const contact *c, const shcdi_response *r, shcd_vec3 arm_m,
-                       shcd_vec3 other_arm_m) {
-    const shcd_quat turn = c->body->body_in_world.orientation;
-    const shcd_vec3 along = shcd_rotate(
-        turn, shcd_scale(c->share * r->normal_force_n, shcd_add(c->touch->normal, r->slope)));
-    const shcd_vec3 other = shcd_rotate(turn, shcd_scale(c->share, r->other_force_n));
-    shcd_tool_output *out = &c->output->tools[c->tool];
-    out->wrench.force_n = shcd_add(out->wrench.force_n, shcd_add(along, other));
-    out->wrench.torque_n_m = shcd_add(
-        out->wrench.torque_n_m, shcd_add(shcd_cross(arm_m, along), shcd_cross(other_arm_m, other)));
-    out->flags |= r->flags;
-}
 
 /* A contact of the tool, of which only the depth, the foot and the points are filled in. */
 typedef struct found_contact {
@@ -185,19 +65,17 @@ static void respond(shcdi_visit *v, size_t b, found_contact *f) {
     if (f->is_new) {
         memset(f->memory, 0, body->memory_bytes);
     }
-    const contact c = {v->scene,
-                       body,
-                       shcdi_gains_of(v->scene, v->state) + body->first_effect,
-                       v->input,
-                       v->output,
-                       v->tool_index,
-                       f->share,
-                       f->energy_share,
-                       &f->touch,
-                       f->memory};
-    if (has_effect(&c)) {
-        act(&c, STAGE_BEND, &r);
-    }
+    const shcdi_chain c = {v->scene,
+                           body,
+                           shcdi_gains_of(v->scene, v->state) + body->first_effect,
+                           v->input,
+                           v->output,
+                           v->tool_index,
+                           f->share,
+                           f->energy_share,
+                           &f->touch,
+                           f->memory};
+    shcdi_chain_act(&c, SHCDI_STAGE_BEND, &r);
     if (press != NULL) {
         press->touch = f->touch;
         press->response = r;
@@ -212,9 +90,9 @@ static void respond(shcdi_visit *v, size_t b, found_contact *f) {
         return;
     }
     r.flags |= body->soft != NULL ? (uint32_t)SHCD_TOOL_OUTPUT_DEGRADED : 0u;
-    act(&c, STAGE_PRESS, &r);
-    act(&c, STAGE_APPLY, &r);
-    add_wrench(&c, &r, f->arm_m, f->other_arm_m);
+    shcdi_chain_act(&c, SHCDI_STAGE_PRESS, &r);
+    shcdi_chain_act(&c, SHCDI_STAGE_APPLY, &r);
+    shcdi_chain_push(&c, &r, f->arm_m, f->other_arm_m);
 }
 
 static void respond_shell(shcdi_visit *v, size_t b) {
@@ -271,35 +149,106 @@ static double part_along(const shcdi_contact *known) {
 
 /* Of a rigid body the walls share one spring, walls.c; the law of a soft one is solved with the way
  * that its surface gives, and shared there. */
-static void respond_walls(shcdi_visit *v, size_t b) {
-    const shcdi_contact *known = &shcdi_contacts_of(v->scene, v->state, v->tool_index)[b];
+static found_contact wall_contact(const shcdi_visit *v, size_t b, const shcdi_contact *known,
+                                  size_t k) {
     const shcdi_body *body = &v->scene->bodies[b];
-    const shcd_vec3 none = {0.0, 0.0, 0.0};
+    const shcdi_wall *wall = &known->wall[k];
+    const bool is_soft = body->soft != NULL;
+    found_contact f = ball_contact(v, b, known->proxy.tool_m, wall->normal);
+    f.share = is_soft ? 1.0 - known->yielded : wall->share;
+    f.energy_share = is_soft ? f.share : wall->energy_share;
+    f.touch.depth_m = is_soft ? wall->depth_m : known->pressed_m;
+    f.touch.foot_depth_m = wall->depth_m + wall->short_m;
+    f.touch.along_part = is_soft ? 1.0 : part_along(known); /* of a soft one: divide_along() */
+    f.touch.along_weight = f.share * f.touch.along_part;
+    if (!is_soft) { /* else: soft_tilt.c */
+        f.slope = wall->slope;
+    }
+    f.touch.foot_m = wall->foot_m;
+    f.touch.parameter = wall->parameter;
+    f.memory =
+        shcdi_effect_memory(v->scene, v->state, v->tool_index, b) + k * v->scene->tool_memory_bytes;
+    f.is_new = wall->is_new != 0;
+    f.is_wall = true;
+    f.wall = (uint32_t)k;
+    f.is_reported = k == known->deepest && v->output->tools[v->tool_index].body == (int32_t)b;
+    return f;
+}
+
+/* The laws' force on a wall, unbooked; its energy, and how much more force there is where it is
+ * deeper by `more_m`. */
+static shcd_vec3 law_at(const shcdi_visit *v, size_t b, const found_contact *f, double more_m,
+                        double *energy_j, double *rise_n) {
+    const shcdi_body *body = &v->scene->bodies[b];
+    shcd_output unbooked = {.tools = NULL};
+    const shcdi_chain c = {v->scene,
+                           body,
+                           shcdi_gains_of(v->scene, v->state) + body->first_effect,
+                           v->input,
+                           &unbooked,
+                           v->tool_index,
+                           f->share,
+                           f->energy_share,
+                           &f->touch,
+                           f->memory};
+    shcdi_response r = {.depth_m = f->touch.depth_m, .slope = f->slope};
+    shcdi_chain_act(&c, SHCDI_STAGE_BEND, &r);
+    shcdi_response deeper = r;
+    deeper.depth_m += more_m;
+    shcdi_chain_act(&c, SHCDI_STAGE_PRESS, &r);
+    shcdi_chain_act(&c, SHCDI_STAGE_PRESS, &deeper);
+    *energy_j = f->energy_share * r.stored_j;
+    *rise_n = deeper.normal_force_n - r.normal_force_n;
+    return shcd_scale(f->share * r.normal_force_n, shcd_add(f->touch.normal, r.slope));
+}
+
+/* Withholds from the walls of a rigid body what they have not been given, account.h. */
+static void hold_account(const shcdi_visit *v, size_t b, shcdi_contact *known, found_contact f[],
+                         size_t n) {
+    const shcd_vec3 p = known->proxy.tool_m, moved_m = shcd_sub(p, known->held_at_m);
+    const double way_m = shcd_norm(moved_m);
+    shcd_vec3 force_n = {0.0, 0.0, 0.0};
+    double energy_j = 0.0, most_n = 0.0;
+    if (n < 2 && !known->account.is_open) {
+        return; /* one wall's law has an energy */
+    }
+    for (size_t i = 0; i < n; i++) {
+        double wall_j, rise_n;
+        force_n = shcd_add(force_n, law_at(v, b, &f[i], way_m, &wall_j, &rise_n));
+        energy_j += wall_j;
+        most_n = shcdi_max(most_n, rise_n);
+    }
+    const double slack_j = 0.5 * (1.0 - known->yielded) * most_n * way_m;
+    const double kept = shcdi_account_admit(
+        &known->account, slack_j - shcd_dot(known->held_n, moved_m), energy_j, v->input->dt_s);
+    known->held_at_m = p;
+    known->held_n = shcd_scale(kept, force_n);
+    for (size_t i = 0; i < n; i++) {
+        f[i].share *= kept;
+        f[i].energy_share *= kept;
+        f[i].touch.along_weight *= kept;
+    }
+}
+
+static void respond_walls(shcdi_visit *v, size_t b) {
+    shcdi_contact *known = &shcdi_contacts_of(v->scene, v->state, v->tool_index)[b];
+    const bool is_soft = v->scene->bodies[b].soft != NULL;
+    found_contact f[SHCDI_WALLS_MAX];
+    size_t n = 0;
     for (size_t k = 0; k < SHCDI_WALLS_MAX; k++) {
         const shcdi_wall *wall = &known->wall[k];
-        const bool is_soft = body->soft != NULL;
-        if (wall->is_touching == 0 || (!is_soft && wall->share == 0.0)) {
-            continue;
+        if (wall->is_touching != 0 && (is_soft || wall->share > 0.0)) {
+            f[n] = wall_contact(v, b, known, k);
+            set_motion(v, &v->scene->bodies[b], NULL, &f[n++]);
         }
-        found_contact f = ball_contact(v, b, known->proxy.tool_m, wall->normal);
-        f.share = is_soft ? 1.0 - known->yielded : wall->share;
-        f.energy_share = is_soft ? f.share : wall->energy_share;
-        f.touch.depth_m = is_soft ? wall->depth_m : known->pressed_m;
-        f.touch.foot_depth_m = wall->depth_m + wall->short_m;
-        f.touch.along_part = is_soft ? 1.0 : part_along(known); /* of a soft one: divide_along() */
-        f.touch.along_weight = f.share * f.touch.along_part;
-        f.slope = is_soft ? none : wall->slope; /* of a soft one: soft_tilt.c */
-        f.touch.foot_m = wall->foot_m;
-        f.touch.parameter = wall->parameter;
-        f.memory = shcdi_effect_memory(v->scene, v->state, v->tool_index, b) +
-                   k * v->scene->tool_memory_bytes;
-        f.is_new = wall->is_new != 0;
-        f.is_wall = true;
-        f.wall = (uint32_t)k;
-        f.is_reported = k == known->deepest && v->output->tools[v->tool_index].body == (int32_t)b;
-        respond(v, b, &f);
-        v->output->tools[v->tool_index].n_contacts++;
     }
+    if (!is_soft) {
+        hold_account(v, b, known, f, n);
+    }
+    for (size_t i = 0; i < n; i++) {
+        respond(v, b, &f[i]);
+    }
+    v->output->tools[v->tool_index].n_contacts += (uint32_t)n;
 }
 
 static void respond_single(shcdi_visit *v, size_t b) {
@@ -339,126 +288,4 @@ void shcdi_visit_respond(shcdi_visit *v) {
             respond_single(v, b);
         }
     }
-}
-
-/* ---- soft bodies ---------------------------------------------------------------------------- */
-
-/* The output was filled in against the surface before the contacts' forces moved it, and a long
- * tick moves it far: where the same point of the surface is at the tick's end counts. (The depth
- * that a contact is solved with may be less: a wall that fades in.) */
-static void report_end(const shcd_scene *scene, shcd_state *state, size_t b, const shcdi_press *p,
-                       shcd_vec3 moved_m, shcd_tool_output *out) {
-    const shcdi_body *body = &scene->bodies[b];
-    const shcdi_proxy *proxy = &shcdi_contacts_of(scene, state, p->tool)[b].proxy;
-    const shcdi_series *series = &body->model->series;
-    const shcd_vec3 rest = shcdi_surface_point(series, series->degree, proxy->parameter);
-    const double depth_m = -out->distance_m + shcd_dot(moved_m, p->touch.normal);
-    out->distance_m = -depth_m;
-    out->penetration_m = shcdi_max(0.0, depth_m);
-    out->displacement_m = shcd_norm(shcd_add(shcd_sub(proxy->foot_m, rest), moved_m));
-    out->proxy_m = shcd_add(out->proxy_m, shcd_rotate(body->body_in_world.orientation, moved_m));
-}
-
-static void report_ends(const shcd_scene *scene, shcd_state *state, size_t b, double shown,
-                        shcd_output *output) {
-    const shcdi_soft *soft = scene->bodies[b].soft;
-    unsigned char *memory = (unsigned char *)state + scene->bodies[b].soft_offset;
-    const shcdi_soft_parts p = shcdi_soft_parts_of(soft, memory);
-    for (uint32_t i = 0; i < p.head->n_presses; i++) {
-        if (p.press[i].is_reported) {
-            report_end(scene, state, b, &p.press[i], shcdi_soft_motion(soft, memory, i, shown),
-                       &output->tools[p.press[i].tool]);
-        }
-    }
-}
-
-/* How much of its velocity a surface imparts to what rubs on it: that of a body which `pulse`
- * moves.
- *
- * Damping, friction and viscosity act on the tool and do not push the body in turn. Against a
- * surface that moves under the tool's own force that would yield energy wherever the surface lags
- * behind (a damper gives the tool c (v_s - v) v of which the body pays nothing), so there they act
- * against the rest shape, as dampers and anchors to the ground, which cannot. What a heartbeat
- * gives comes from outside in any case. */
-static double carried_by(const shcdi_body *body, shcdi_soft_gain gain) {
-    const int32_t pulse = body->soft->pulse;
-    return pulse >= 0 && body->effects[pulse].constants[SHCDI_PULSE_AMPLITUDE] > 0.0
-               ? gain.shown * gain.pulse
-               : 0.0;
-}
-
-/* The walls of a tool share the springs and dampers along the surface as they share its normal
- * force: a wall that begins takes nothing at once. */
-static void divide_along(shcdi_press *press, uint32_t n_presses) {
-    for (uint32_t i = 0; i < n_presses; i++) {
-        double sum = 0.0, count = 0.0;
-        for (uint32_t j = 0; j < n_presses && press[i].is_wall; j++) {
-            if (press[j].is_wall && press[j].tool == press[i].tool) {
-                sum += press[j].response.normal_force_n;
-                count += 1.0;
-            }
-        }
-        if (count > 1.0) {
-            shcdi_touch *t = &press[i].touch;
-            t->along_part = sum > 0.0 ? press[i].response.normal_force_n / sum : 1.0 / count;
-            t->along_weight = press[i].share * t->along_part;
-        }
-    }
-}
-
-/* What the walls of a tool have come to, and with it whether its contact yields. */
-static void yield_walls(const shcd_scene *scene, shcd_state *state, size_t b, double dt_s,
-                        const shcdi_press *press, uint32_t n_presses) {
-    for (uint32_t i = 0; i < n_presses; i++) {
-        const shcdi_press *p = &press[i];
-        shcdi_contact *contact = &shcdi_contacts_of(scene, state, p->tool)[b];
-        if (p->is_wall) {
-            contact->wall[p->wall].way_m = p->way_m;
-            contact->wall[p->wall].share = p->way_share;
-            contact->wall[p->wall].slope = p->tilt;
-        }
-        if (p->is_wall && (i + 1 == n_presses || p[1].tool != p->tool)) {
-            shcdi_walls_yield(dt_s, contact);
-        }
-    }
-}
-
-void shcdi_respond_soft(const shcd_scene *scene, shcd_state *state, size_t b,
-                        const shcd_input *input, shcd_output *output) {
-    const shcdi_body *body = &scene->bodies[b];
-    unsigned char *memory = (unsigned char *)state + body->soft_offset;
-    const shcdi_gain *gains = shcdi_gains_of(scene, state) + body->first_effect;
-    const size_t wave = (size_t)body->soft->wave;
-    const shcdi_soft_gain gain = shcdi_soft_gain_of(body->soft, gains);
-    const double carried = carried_by(body, gain);
-    const bool has_law = body->soft->law >= 0;
-    const size_t e = has_law ? (size_t)body->soft->law : wave;
-    const bool is_timed = output->effects != NULL && input->clock_ns != NULL;
-    const uint64_t start = is_timed ? input->clock_ns(input->clock_user) : 0;
-    shcdi_soft_press(body->soft, memory, has_law ? &body->effects[e] : NULL, gain);
-    report_ends(scene, state, b, gain.shown, output); /* of the forces that moved the modes */
-    shcdi_soft_tilt(body->soft, memory, gain.shown);
-    if (is_timed) {
-        output->effects[body->first_effect + wave].time_ns += since(input, start);
-    }
-    const shcdi_soft_state *soft = (const shcdi_soft_state *)(const void *)memory;
-    shcdi_press *press = shcdi_soft_parts_of(body->soft, memory).press;
-    yield_walls(scene, state, b, input->dt_s, press, soft->n_presses);
-    divide_along(press, soft->n_presses);
-    for (uint32_t i = 0; i < soft->n_presses; i++) {
-        shcdi_press *p = &press[i];
-        const shcdi_response nothing = {.depth_m = p->response.depth_m,
-                                        .other_force_n = p->response.other_force_n};
-        const contact c = {
-            scene,   body,     gains,    input,     output,
-            p->tool, p->share, p->share, &p->touch, (unsigned char *)state + p->memory_at};
-        if (carried > 0.0) {
-            p->touch.surface_velocity_m_per_s = shcdi_soft_velocity(body->soft, memory, i, carried);
-        }
-        book(&c, e, &nothing, &p->response);
-        act(&c, STAGE_APPLY, &p->response);
-        add_wrench(&c, &p->response, p->arm_m, p->other_arm_m);
-    }
-    /* they hold the model's address, and a state none */
-    memset(press, 0, soft->n_presses * sizeof *press);
 }

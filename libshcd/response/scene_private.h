@@ -6,6 +6,7 @@
 #include "base/internal.h"
 #include "query/shape.h"
 #include "query/tool_geometry.h"
+#include "response/account.h"
 #include "response/effects.h"
 #include "response/soft.h"
 
@@ -126,6 +127,10 @@ typedef struct shcdi_contact {
     shcdi_wall wall[SHCDI_WALLS_MAX]; /**< sphere */
     double pressed_m;                 /**< depth that the elastic law gets of all walls together */
     double yielded;                   /**< share of its stiffness that this contact has given up */
+    shcdi_account account;            /**< sphere on a rigid body, from its second wall on */
+    shcd_vec3 held_at_m;              /**< sphere: the centre when ... */
+    shcd_vec3 held_n;                 /**< ... the law's force of the last tick began to be held */
+    double held_n_per_m;              /**< stiffness of that, of a soft body */
     shcd_certificate certificate;     /**< point, sphere: valid or void, but never wrong */
 } shcdi_contact;
 

@@ -210,6 +210,7 @@ static size_t lay_out(const shcdi_soft *soft, unsigned char *memory, shcdi_soft_
                             soft->drive_m2 != NULL ? n * sizeof(shcd_vec3) : 0,
                             soft->drive_m2 != NULL ? n * sizeof(shcd_vec3) : 0,
                             n * sizeof(shcd_vec3),
+                            n * sizeof(shcd_vec3),
                             3 * soft->n_harmonics * sizeof(double),
                             SHCDI_PRESSES_MAX * n * sizeof(double),
                             SHCDI_PRESSES_MAX * sizeof(shcdi_press),
@@ -227,10 +228,11 @@ static size_t lay_out(const shcdi_soft *soft, unsigned char *memory, shcdi_soft_
     p->drive = part[4];
     p->before = part[5];
     p->tilt = part[6];
-    p->coefficients = part[7];
-    p->at = part[8];
-    p->press = part[9];
-    p->shape = part[10];
+    p->trial = part[7];
+    p->coefficients = part[8];
+    p->at = part[9];
+    p->press = part[10];
+    p->shape = part[11];
     return at;
 }
 

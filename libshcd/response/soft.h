@@ -17,6 +17,7 @@
 #define SHCDI_SOFT_H
 
 #include "model/surface.h"
+#include "response/account.h"
 #include "response/effects.h"
 #include "shcd/shape.h"
 
@@ -93,7 +94,7 @@ typedef struct shcdi_press {
     uint32_t is_reported; /**< the contact that the tool's output describes */
     uint32_t is_wall;     /**< shares one spring with the other walls of the tool */
     uint32_t wall;        /**< which of them */
-    double way_m;         /**< what it moves the ball by, if there are several with a law, ... */
+    double way_m;         /**< how far it moves the ball, if it has a law, ... */
     double way_share;     /**< ... its share of the whole way out, ... */
     shcd_vec3 tilt;       /**< ... and what its slope is besides, since it turns */
 } shcdi_press;
@@ -108,6 +109,9 @@ typedef struct shcdi_soft_state {
     uint32_t is_moving; /**< 0: in the rest shape, at rest */
     uint32_t is_tilted; /**< 0: `tilt` counts as zero */
     uint32_t reserved0;
+    shcdi_account account; /**< of balls' contacts, from a second wall on */
+    double law_n_per_m;    /**< largest stiffness of the law since then */
+    double booked_work_j;  /**< drive_work_j that it has booked */
 } shcdi_soft_state;
 
 /** The parts of a body's memory. */
@@ -118,6 +122,7 @@ typedef struct shcdi_soft_parts {
     shcd_vec3 *drive;             /**< acceleration by pulse, held over the tick; of the modes */
     shcd_vec3 *before;            /**< q at the start of the tick, if pulse drives */
     shcd_vec3 *tilt;              /**< acceleration by walls that turn, held over the next tick */
+    shcd_vec3 *trial;             /**< work space: acceleration of the modes */
     double *coefficients;         /**< 3 n_harmonics */
     double *at;                   /**< b_k phi_k at each contact, SHCDI_PRESSES_MAX rows */
     shcdi_press *press;
@@ -178,10 +183,17 @@ void shcdi_soft_push(const shcdi_soft_parts *parts, size_t k, shcd_vec3 accelera
 /** Energy of the modes, and work of the drive, at the end of a tick. */
 void shcdi_soft_account(const shcdi_soft *soft, unsigned char *memory);
 
+/** Energy of the modes, if accelerations were held over the tick besides (NULL: none) [J].
+ *  @param[out] drive_j  work of the drive in this tick, then */
+double shcdi_soft_energy(const shcdi_soft *soft, unsigned char *memory,
+                         const shcd_vec3 *acceleration, double *drive_j);
+
 /** Solves for the normal forces of the noted contacts, depth_m of each response given, and moves
- *  the modes by them. */
+ *  the modes by them.
+ *  @param[in] most_j  what modes and law may hold beyond the work of the drive: as much of the law
+ * is withheld */
 void shcdi_soft_press(const shcdi_soft *soft, unsigned char *memory, const shcdi_active_effect *law,
-                      shcdi_soft_gain gain);
+                      shcdi_soft_gain gain, double most_j);
 
 /** After shcdi_soft_press(): what the walls of a tool push besides, since they turn as the ball and
  *  the surface move; soft_tilt.c. */

@@ -45,6 +45,12 @@
  * which two answers for it may differ. */
 #define STEPS_MAX 64
 #define ROOT 0x1p-48
+/* Times that a law is withheld a part in a tick, by how much more than is missing, since what
+ * yields lets the surface out, and what is left of it each time at least. */
+#define WITHHOLDS_MAX 4
+#define WITHHELD_MORE 1.25
+#define KEPT_MIN 0.125
+
 /* Matrix among the contacts of a body. */
 typedef double matrix[SHCDI_PRESSES_MAX][SHCDI_PRESSES_MAX];
 
@@ -216,8 +222,10 @@ static double sweep(relaxation *r) {
         const block b = block_at(r, i);
         double f[SHCDI_WALLS_MAX];
         if (b.a.n == 1) {
-            f[0] = force_at(&r->parts->press[i], r->law, r->gain, b.a.depth_m[0], b.w[0][0],
-                            &r->stored_j[i]);
+            shcdi_press *alone = &r->parts->press[i];
+            f[0] = force_at(alone, r->law, r->gain, b.a.depth_m[0], b.w[0][0], &r->stored_j[i]);
+            alone->way_m = shcdi_max(0.0, b.a.depth_m[0] - b.w[0][0] * f[0]);
+            alone->way_share = 1.0;
         } else if (r->law == NULL) {
             press_rigid(r, &b, f);
         } else {
@@ -233,40 +241,88 @@ static double sweep(relaxation *r) {
     return largest > 0.0 ? change / largest : change;
 }
 
-static void move(const shcdi_soft *soft, const shcdi_soft_parts *p, const double force[],
-                 double gain) {
+/* @return by which share of the largest force one has changed at last */
+static double relax(relaxation *r) {
+    double change = HUGE_VAL;
+    for (int n = 0; n < SWEEPS_MAX && change > SETTLED; n++) {
+        change = sweep(r);
+        change = r->is_alone ? 0.0 : change;
+    }
+    return change;
+}
+
+/* What the forces accelerate the modes by. */
+static void set_trial(const shcdi_soft *soft, const relaxation *r, double shown) {
+    const shcdi_soft_parts *p = r->parts;
+    const shcd_vec3 none = {0.0, 0.0, 0.0};
+    for (size_t k = 0; k < soft->n_modes; k++) {
+        p->trial[k] = none;
+    }
     for (size_t i = 0; i < p->head->n_presses; i++) {
         const double *at = p->at + i * soft->n_modes;
         const shcd_vec3 push =
-            shcd_scale(-gain * force[i] / soft->mass_kg_per_m2, p->press[i].touch.normal);
+            shcd_scale(-shown * r->force_n[i] / soft->mass_kg_per_m2, p->press[i].touch.normal);
         for (size_t k = 0; k < soft->n_modes; k++) {
-            shcdi_soft_push(p, k, shcd_scale(at[k], push));
+            p->trial[k] = shcd_mul_add(p->trial[k], at[k], push);
         }
-        p->head->is_moving |= force[i] > 0.0;
+        p->head->is_moving |= r->force_n[i] > 0.0;
     }
 }
 
+static double residual_energy(const shcdi_soft *soft, const relaxation *r, double shown) {
+    double sum = 0.0;
+    for (size_t i = 0; i < r->parts->head->n_presses; i++) {
+        sum += r->force_n[i] * r->force_n[i];
+    }
+    return 0.5 * shown * shown * soft->residual_m_per_n * sum;
+}
+
+/* Withholds of the law what modes and law would hold too much. @return whether there was something
+ */
+static bool withhold(const shcdi_soft *soft, unsigned char *memory, relaxation *r, double shown,
+                     double most_j) {
+    const shcdi_soft_parts *p = r->parts;
+    double law_j = 0.0, drive_j;
+    for (size_t i = 0; i < p->head->n_presses; i++) {
+        law_j += p->press[i].share * r->stored_j[i];
+    }
+    const double modes_j = shcdi_soft_energy(soft, memory, p->trial, &drive_j);
+    const double over_j = law_j + residual_energy(soft, r, shown) + modes_j - drive_j - most_j;
+    if (!(over_j > 0.0) || !(law_j > 0.0)) {
+        return false;
+    }
+    const double kept = shcdi_max(KEPT_MIN, 1.0 - WITHHELD_MORE * over_j / law_j);
+    for (size_t i = 0; i < p->head->n_presses; i++) {
+        p->press[i].share *= kept;
+    }
+    p->head->account.withheld = 1.0 - kept * (1.0 - p->head->account.withheld);
+    return true;
+}
+
 void shcdi_soft_press(const shcdi_soft *soft, unsigned char *memory, const shcdi_active_effect *law,
-                      shcdi_soft_gain gain) {
+                      shcdi_soft_gain gain, double most_j) {
     const shcdi_soft_parts p = shcdi_soft_parts_of(soft, memory);
     relaxation r = {.parts = &p, .law = law, .gain = gain.force};
-    double change = HUGE_VAL, residual_j = 0.0;
     fill(soft, &p, gain.shown, r.w);
-    for (int n = 0; n < SWEEPS_MAX && change > SETTLED; n++) {
-        change = sweep(&r);
-        change = r.is_alone ? 0.0 : change;
+    double change = relax(&r);
+    set_trial(soft, &r, gain.shown);
+    for (int n = 0; n < WITHHOLDS_MAX && law != NULL && most_j < HUGE_VAL &&
+                    withhold(soft, memory, &r, gain.shown, most_j);
+         n++) {
+        change = relax(&r);
+        set_trial(soft, &r, gain.shown);
     }
     for (size_t i = 0; i < p.head->n_presses; i++) {
         shcdi_response *out = &p.press[i].response;
         out->normal_force_n = r.force_n[i] / p.press[i].share;
         out->stored_j += r.stored_j[i];
         out->flags |= change <= GOOD_ENOUGH ? 0u : (uint32_t)SHCD_TOOL_OUTPUT_TRUNCATED;
-        residual_j +=
-            0.5 * gain.shown * gain.shown * soft->residual_m_per_n * r.force_n[i] * r.force_n[i];
     }
-    move(soft, &p, r.force_n, gain.shown);
+    for (size_t k = 0; k < soft->n_modes && p.head->is_moving; k++) {
+        shcdi_soft_push(&p, k, p.trial[k]);
+    }
     shcdi_soft_account(soft, memory);
-    p.head->stored_j += residual_j;
+    p.head->stored_j += residual_energy(soft, &r, gain.shown);
 }
 
 shcd_vec3 shcdi_soft_motion(const shcdi_soft *soft, unsigned char *memory, size_t press,

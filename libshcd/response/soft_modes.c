@@ -69,19 +69,39 @@ static void drive(const shcdi_soft *soft, shcdi_soft_parts *p, double gain, doub
     }
 }
 
+/* Energy of mode k, over rho h, with so much more of x and y; what the drive did on it is added. */
+static double energy_of(const shcdi_soft *soft, const shcdi_soft_parts *p, size_t k, shcd_vec3 x,
+                        shcd_vec3 y, double *work) {
+    const shcdi_mode *mode = &soft->mode[k];
+    const double w = mode->omega_rad_per_s;
+    const shcd_vec3 q = shcd_scale(soft->q_of_x[k], shcd_add(p->x[k], x));
+    const shcd_vec3 at = shcd_add(p->y[k], y);
+    const shcd_vec3 v = mode->is_turn ? shcd_mul_add(at, -mode->decay_per_s, q) : at;
+    if (soft->drive_m2 != NULL) {
+        *work += shcd_dot(p->drive[k], shcd_sub(q, p->before[k]));
+    }
+    return 0.5 * (shcd_dot(v, v) + w * w * shcd_dot(q, q));
+}
+
+double shcdi_soft_energy(const shcdi_soft *soft, unsigned char *memory,
+                         const shcd_vec3 *acceleration, double *drive_j) {
+    const shcdi_soft_parts p = shcdi_soft_parts_of(soft, memory);
+    const shcd_vec3 none = {0.0, 0.0, 0.0};
+    double sum = 0.0, work = 0.0;
+    for (size_t k = 0; k < soft->n_modes; k++) {
+        const shcd_vec3 a = acceleration != NULL ? acceleration[k] : none;
+        sum += energy_of(soft, &p, k, shcd_scale(p.propagator[k].forced_x, a),
+                         shcd_scale(p.propagator[k].forced_y, a), &work);
+    }
+    *drive_j = soft->mass_kg_per_m2 * work;
+    return soft->mass_kg_per_m2 * sum;
+}
+
 void shcdi_soft_account(const shcdi_soft *soft, unsigned char *memory) {
     shcdi_soft_parts p = shcdi_soft_parts_of(soft, memory);
-    double sum = 0.0, work = 0.0;
-    for (size_t k = 0; k < soft->n_modes && p.head->is_moving; k++) {
-        const shcd_vec3 q = q_of(soft, &p, k), v = v_of(soft, &p, k);
-        const double w = soft->mode[k].omega_rad_per_s;
-        sum += shcd_dot(v, v) + w * w * shcd_dot(q, q);
-        if (soft->drive_m2 != NULL) {
-            work += shcd_dot(p.drive[k], shcd_sub(q, p.before[k]));
-        }
-    }
-    p.head->stored_j = 0.5 * soft->mass_kg_per_m2 * sum;
-    p.head->drive_work_j += soft->mass_kg_per_m2 * work;
+    double work_j = 0.0;
+    p.head->stored_j = p.head->is_moving ? shcdi_soft_energy(soft, memory, NULL, &work_j) : 0.0;
+    p.head->drive_work_j += work_j;
 }
 
 /* ---- the tick ------------------------------------------------------------------------------- */

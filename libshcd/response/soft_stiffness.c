@@ -16,7 +16,15 @@
  * with the smallest value m and the largest M on it, m - lo <= (hi - lo) s and hi - M <= (hi - lo)
  * s, so
  *
- *     lo >= m - (M - m) s/(1 - 2 s).
+ *     lo >= m - (M - m) s/(1 - 2 s),   hi <= M + (M - m) s/(1 - 2 s).
+ *
+ * Other tools are walls to the membrane while they are held: of n contacts in all the compliance of
+ * one is 1/(W^-1)_11, W = W_res I + V^T V with |V_i|^2 = g(w_i), the least of |V_1 - sum a_j V_j|^2
+ * + W_res |a|^2, plus W_res. Since |sum a_j V_j|^2 <= (n - 1) hi |a|^2, that is at least
+ *
+ *     W_res + lo W_res/(W_res + (n - 1) hi),
+ *
+ * which n tools at one place reach where all places are equal.
  *
  * The grid has rows at the middles of bands of width h, and in each row as many directions that two
  * neighbours are no farther apart than h anywhere in the band. From any direction the nearest of
@@ -102,9 +110,12 @@ static double angle_above(double x) {
     return 2.0 * x * (1.0 + 0.2 * x * x);
 }
 
-static double stiffest(const shcdi_soft *soft, double least, double most, double share) {
-    const double lowest = least - (most - least) * share / (1.0 - 2.0 * share) - ROUNDING * most;
-    return 1.0 / (soft->residual_m_per_n + shcdi_max(0.0, lowest));
+static double stiffest(const shcdi_soft *soft, size_t n_contacts, double least, double most,
+                       double share) {
+    const double open = (most - least) * share / (1.0 - 2.0 * share) + ROUNDING * most;
+    const double left = soft->residual_m_per_n;
+    const double others = (double)(n_contacts - 1) * (most + open);
+    return 1.0 / (left + shcdi_max(0.0, least - open) * (left / (left + others)));
 }
 
 shcd_status shcd_scene_wave_stiffness(const shcd_scene *scene, size_t body, double dt_s,
@@ -135,7 +146,7 @@ shcd_status shcd_scene_wave_stiffness(const shcd_scene *scene, size_t body, doub
     }
     shcdi_sincos(n * angle_above(band * 0.35355339059327379), &sine, &cosine); /* h/sqrt(8) */
     const double share = 0.5 * (1.0 - cosine);
-    *tick_n_per_m = stiffest(soft, e.least[0], e.most[0], share);
-    *held_n_per_m = !is_held ? 0.0 : stiffest(soft, e.least[1], e.most[1], share);
+    *tick_n_per_m = stiffest(soft, scene->n_tools, e.least[0], e.most[0], share);
+    *held_n_per_m = !is_held ? 0.0 : stiffest(soft, scene->n_tools, e.least[1], e.most[1], share);
     return SHCD_OK;
 }

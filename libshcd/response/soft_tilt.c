@@ -6,10 +6,10 @@
  *
  *     dU = sum f_i dd_i - sum f_i g_i . dn_i,
  *
- * and normal and depth of wall i change with the ball's centre p and with the modes. At its foot, of
- * which J is the derivative and H that of the normal (foot_motion.h), a displacement u of the surface
- * gives dd_i = n_i . (u - dp) and dn_i = H dp - J grad(u . n_i), grad along the surface. So the
- * ball is pushed by f_i (n_i + H g_i), and mode k, with t = J g_i, by
+ * and normal and depth of wall i change with the ball's centre p and with the modes. At its foot,
+ * of which J is the derivative and H that of the normal (foot_motion.h), a displacement u of the
+ * surface gives dd_i = n_i . (u - dp) and dn_i = H dp - J grad(u . n_i), grad along the surface. So
+ * the ball is pushed by f_i (n_i + H g_i), and mode k, with t = J g_i, by
  *
  *     -f_i (phi_k (n_i + H g_i) + (t . grad phi_k) n_i),
  *
@@ -40,8 +40,7 @@ static void note(const shcdi_soft *soft, const shcdi_soft_parts *p, size_t press
         const shcd_vec3 along = shcd_add(shcd_scale(a1, phi.s1), shcd_scale(a2, phi.s2));
         const double rate[3] = {along.x, along.y, along.z};
         for (size_t c = 0, k = 3 * g; c < 3 && k < soft->n_modes; c++, k++) {
-            const shcd_vec3 way =
-                shcd_mul_add(shcd_scale(at[k], slope), rate[c], touch->normal);
+            const shcd_vec3 way = shcd_mul_add(shcd_scale(at[k], slope), rate[c], touch->normal);
             p->tilt[k] = shcd_mul_add(p->tilt[k], -push, way);
         }
     }
@@ -85,8 +84,8 @@ void shcdi_soft_tilt(const shcdi_soft *soft, unsigned char *memory, double shown
     for (size_t first = 0, n; first < n_presses; first += n) {
         const shcdi_press *press = &p.press[first];
         n = 1;
-        while (press->is_wall && first + n < n_presses && n < SHCDI_WALLS_MAX &&
-               press[n].is_wall && press[n].tool == press->tool) {
+        while (press->is_wall && first + n < n_presses && n < SHCDI_WALLS_MAX && press[n].is_wall &&
+               press[n].tool == press->tool) {
             n++;
         }
         if (n > 1) {

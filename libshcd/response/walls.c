@@ -19,12 +19,14 @@
  * A wall that bends turns its normal as the ball moves, dn_i = H_i dx, H_i the second derivative of
  * the distance to it, and A changes with that: D dD = -(sum m_i n_i) . dx - m . dA m/2. The second
  * term is the work of tangential forces: wall i pushes along n_i + sum_j a'_ij m_j H_i n_j. With it
- * the force is the gradient again. It is continuous if a' is: between 90 and 84 degrees a goes over
- * from 0 to the cosine c as c^2/c0 (2 - c/c0), c0 the latter's; it is less than c by 0.015 there at
- * most, and the stiffness more than one wall's by as much. From p = S + s n, with J the derivative
- * of the foot S, H = (1 - n n^T - J)/s, which has a limit where p is on the surface and goes on
- * behind it (foot_motion.h); near a focal point of a hollow wall, where both go to
- * infinity and the foot is about to end, both are taken for a nearer p.
+ * the force is the gradient again. It is continuous if a' is: between 90 and 75.5 degrees a goes
+ * over from 0 to the cosine c as c^2/c0 (2 - c/c0), c0 the latter's; it is less than c by 0.037
+ * there at most, and the stiffness more than one wall's by as much. (A steeper way over is stiffer
+ * itself: a'' m H is up to 5 times one wall's at c0 = 0.1, a ball pressed in by 0.7 of its radius.)
+ * From p = S + s n, with J the derivative of the foot S, H = (1 - n n^T - J)/s, which has a limit
+ * where p is on the surface and goes on behind it (foot_motion.h). Towards a focal point of a
+ * hollow wall, where it goes to infinity and the foot is about to end, it fades: the force is no
+ * gradient there, and account.h sees to it that nothing is gained by that.
  *
  * Walls beyond 90 degrees are not coupled: what one pushes the ball towards is no reason for a
  * force until it is touched there. Each has its own spring then, and between walls that face each
@@ -45,8 +47,8 @@
 
 #include "response/foot_motion.h"
 
-/* c0: cosine of 84 degrees. */
-#define BEGINS 0.1
+/* c0: cosine of 75.5 degrees. */
+#define BEGINS 0.25
 
 /* Walls that differ less, as a share of the diagonal that the others leave, are one. */
 #define SINGULAR 1e-9
@@ -123,9 +125,10 @@ shcdi_wall_system shcdi_walls_couple(const shcdi_wall wall[], unsigned set) {
         q.depth_m[i] = is_in ? wall[i].depth_m : 0.0;
         for (size_t j = 0; j < SHCDI_WALLS_MAX; j++) {
             double rate;
-            q.at[i][j] = i == j                             ? 1.0
-                         : is_in && (set >> j & 1u) != 0 ? shcdi_wall_coupling(&wall[i], &wall[j], &rate)
-                                                            : 0.0;
+            q.at[i][j] = i == j ? 1.0
+                         : is_in && (set >> j & 1u) != 0
+                             ? shcdi_wall_coupling(&wall[i], &wall[j], &rate)
+                             : 0.0;
         }
     }
     return q;
@@ -139,14 +142,16 @@ unsigned shcdi_walls_touched(const shcdi_wall wall[]) {
     return set;
 }
 
-/* The springs that lie along one line at most: the normals' Gram matrix is A less a matrix of
- * entries |n_i . n_j| beyond 90 degrees, whose spectral radius is at most its largest row sum. */
+/* The springs that lie along one line at most: the normals' Gram matrix differs from A by c - a,
+ * a matrix whose spectral radius is at most its largest row sum. */
 static double springs(const shcdi_wall wall[], const double m[]) {
     double most = 1.0;
     for (size_t i = 0; i < SHCDI_WALLS_MAX; i++) {
         double sum = 1.0;
         for (size_t j = 0; m[i] > 0.0 && j < SHCDI_WALLS_MAX; j++) {
-            sum += j != i && m[j] > 0.0 ? shcdi_max(0.0, -shcd_dot(wall[i].normal, wall[j].normal))
+            double rate;
+            sum += j != i && m[j] > 0.0 ? fabs(shcd_dot(wall[i].normal, wall[j].normal) -
+                                               shcdi_wall_coupling(&wall[i], &wall[j], &rate))
                                         : 0.0;
         }
         most = shcdi_max(most, sum);
@@ -193,8 +198,7 @@ shcd_vec3 shcdi_wall_lean(const shcdi_wall wall[], size_t i) {
     shcd_vec3 sum = {0.0, 0.0, 0.0};
     for (size_t j = 0; j < SHCDI_WALLS_MAX; j++) {
         double rate = 0.0;
-        if (j != i && wall[j].way_m > 0.0 &&
-            shcdi_wall_coupling(&wall[i], &wall[j], &rate) > 0.0) {
+        if (j != i && wall[j].way_m > 0.0 && shcdi_wall_coupling(&wall[i], &wall[j], &rate) > 0.0) {
             sum = shcd_mul_add(sum, rate * wall[j].way_m, wall[j].normal);
         }
     }
@@ -207,9 +211,8 @@ void shcdi_walls_tilt(const shcd_model *model, shcd_vec3 p, shcdi_contact *conta
         const double s = shcd_dot(shcd_sub(p, wall->foot_m), wall->normal);
         const shcd_vec3 lean = shcdi_wall_lean(contact->wall, i), none = {0.0, 0.0, 0.0};
         const bool is_alone = lean.x == 0.0 && lean.y == 0.0 && lean.z == 0.0;
-        wall->slope =
-            wall->way_m > 0.0 && !is_alone
-                ? shcdi_foot_turn(&model->series, wall->parameter, wall->normal, s, lean)
-                : none;
+        wall->slope = wall->way_m > 0.0 && !is_alone
+                          ? shcdi_foot_turn(&model->series, wall->parameter, wall->normal, s, lean)
+                          : none;
     }
 }

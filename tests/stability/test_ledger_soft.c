@@ -196,7 +196,7 @@ static shcd_vec3 groove_tick(groove *g, shcd_vec3 x) {
         *press = wall;
         press->response.depth_m = shcd_dot(shcd_sub(groove_moved(g, &p, i), x), g->normal[i]);
     }
-    shcdi_soft_press(g->soft, g->memory, g->law, whole);
+    shcdi_soft_press(g->soft, g->memory, g->law, whole, HUGE_VAL);
     g->stored_j = p.head->stored_j;
     for (size_t i = 0; i < g->n_walls; i++) {
         const shcdi_response *r = &p.press[i].response;

@@ -7,6 +7,7 @@
 
 #include "shcd/shcd.h"
 
+#include <stdlib.h>
 #include <string.h>
 
 #define GROOVE_DEGREE_MAX 12
@@ -52,6 +53,30 @@ static inline shcd_model *groove_body(int degree, double depth) {
     double c[GROOVE_COUNT];
     groove_coefficients(degree, depth, c);
     return groove_model(degree, c, NULL);
+}
+
+/** The same with the harmonics of its degree as its modes, which a body need not know to be
+ *  another's: those of a sphere of its size. */
+static inline shcd_model *groove_soft_body(int degree, double depth) {
+    const size_t n = SHCD_COUNT(degree);
+    double *rows = calloc(n * n, sizeof *rows), *eigenvalues = calloc(n, sizeof *eigenvalues);
+    double c[GROOVE_COUNT];
+    assert_non_null(rows);
+    assert_non_null(eigenvalues);
+    const shcd_modes modes = {
+        n, eigenvalues, rows, 4.0 * GROOVE_PI * 9e-4, 0.0, 4.0 / 3.0 * GROOVE_PI * 2.7e-5, 0, 0};
+    groove_coefficients(degree, depth, c);
+    for (int l = 0; l <= degree; l++) {
+        for (int m = -l; m <= l; m++) {
+            const size_t i = SHCD_INDEX(l, m);
+            eigenvalues[i] = l * (l + 1) / 9e-4;
+            rows[i * n + i] = 1.0 / 0.03;
+        }
+    }
+    shcd_model *model = groove_model(degree, c, &modes);
+    free(rows);
+    free(eigenvalues);
+    return model;
 }
 
 #endif

@@ -237,23 +237,6 @@ static void test_a_ball_in_a_corner_touches_three_walls(void **state) {
     shcd_model_free(model);
 }
 
-/* The waist with the harmonics as its modes, which a body need not know to be another's. */
-static shcd_model *soft_peanut(void) {
-    enum { N = SHCD_COUNT(DEGREE) };
-    static double c[GROOVE_COUNT], rows[N * N], eigenvalues[N];
-    const shcd_modes modes = {
-        N, eigenvalues, rows, 4.0 * PI * 9e-4, 0.0, 4.0 / 3.0 * PI * 2.7e-5, 0, 0};
-    groove_coefficients(DEGREE, 0.75, c);
-    for (int l = 0; l <= DEGREE; l++) {
-        for (int m = -l; m <= l; m++) {
-            const size_t i = SHCD_INDEX(l, m);
-            eigenvalues[i] = l * (l + 1) / 9e-4;
-            rows[i * N + i] = 1.0 / 0.03;
-        }
-    }
-    return groove_model(DEGREE, c, &modes);
-}
-
 /* Force after half a second, pressed in by some millimetres; on the way no jump, and no force
  * across the middle. */
 static double press_soft(const shcd_model *model, double young_pa) {
@@ -288,7 +271,7 @@ static double press_soft(const shcd_model *model, double young_pa) {
 /* Both flanks of a soft groove give way, and their springs are shared as those of a rigid one: the
  * stiffer the membrane the nearer its force is to that. */
 static void test_a_soft_groove_has_two_walls(void **state) {
-    shcd_model *model = soft_peanut();
+    shcd_model *model = groove_soft_body(DEGREE, 0.75);
     (void)state;
     const double rigid_n = press_soft(model, 0.0), stiff_n = press_soft(model, 1e10);
     const double soft_n = press_soft(model, 5e3), softer_n = press_soft(model, 1e3);

@@ -97,6 +97,64 @@ static void test_wave_stiffness_is_above_every_place_and_not_by_much(void **stat
     }
 }
 
+/* Force that the first tool meets per metre, within a tick, beside others that are held at the same
+ * depth. */
+static double pressed_beside(fixture *f, const shcd_vec3 *w, size_t n, double dt_s) {
+    const shcd_input input = {.dt_s = dt_s, .tools = f->in, .n_tools = n};
+    shcd_output output = {.tools = f->out, .n_tools = n};
+    double force_n[2];
+    for (int k = 0; k < 2; k++) { /* what the contacts solve is linear while all of them press */
+        assert_int_equal(shcd_state_init(f->scene, f->memory, shcd_state_size(f->scene), &f->state),
+                         SHCD_OK);
+        for (size_t t = 0; t < n; t++) {
+            const double depth_m = t == 0 && k == 1 ? 1.001 * DEPTH_M : DEPTH_M;
+            f->in[t].tool_in_world.position_m = shcd_scale(RADIUS_M - depth_m, w[t]);
+        }
+        assert_int_equal(shcd_step(f->scene, f->state, &input, &output), SHCD_OK);
+        for (size_t t = 0; t < n; t++) {
+            assert_true(shcd_norm(f->out[t].wrench.force_n) > 0.0);
+        }
+        force_n[k] = shcd_norm(f->out[0].wrench.force_n);
+    }
+    return (force_n[1] - force_n[0]) / (0.001 * DEPTH_M);
+}
+
+/* Other tools make a body stiffer for one: at the same place by as much as is stated, elsewhere by
+ * less. */
+static void test_wave_stiffness_beside_other_tools(void **state) {
+    const shcd_effect_def effect = {"wave", NULL, 0};
+    const shcd_body_def body =
+        fixture_body("organ", sphere, fixture_pose(0.0, 0.0, 0.0), &effect, 1);
+    check_random random = {5};
+    double alone = 0.0;
+    (void)state;
+    for (size_t n = 1; n <= 4; n++) {
+        const shcd_tool_def tool[4] = {fixture_tool("a", 0.0), fixture_tool("b", 0.0),
+                                       fixture_tool("c", 0.0), fixture_tool("d", 0.0)};
+        const double dt_s = 2e-2;
+        double tick, held, most = 0.0;
+        shcd_vec3 w[4];
+        fixture f;
+        fixture_open(&f, &body, 1, tool, n);
+        assert_int_equal(shcd_scene_wave_stiffness(f.scene, 0, dt_s, &tick, &held), SHCD_OK);
+        w[0] = w[1] = w[2] = w[3] = fixture_random_direction(&random);
+        const double together = pressed_beside(&f, w, n, dt_s);
+        for (size_t i = 0; i < check_scaled(50); i++) {
+            for (size_t t = 1; t < n; t++) { /* near by */
+                w[t] = shcd_unit(shcd_mul_add(w[0], 0.1, fixture_random_direction(&random)));
+            }
+            most = fmax(most, pressed_beside(&f, w, n, dt_s));
+        }
+        print_message("%zu tools: %.3f N/m at one place, up to %.3f near by, %.3f stated\n", n,
+                      together, most, tick);
+        alone = n == 1 ? tick : alone;
+        assert_near(together, tick, 2e3 * tick * DEPTH_ERROR); /* a difference of 0.001 of it */
+        assert_true(most <= tick * (1.0 + 2e3 * DEPTH_ERROR));
+        assert_true(n == 1 || tick > 1.05 * alone);
+        fixture_close(&f);
+    }
+}
+
 static void test_wave_stiffness_refuses_what_has_none(void **state) {
     double tick = 7.0, held = 7.0;
     fixture f;
@@ -124,6 +182,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_wave_stiffness_of_equal_places_is_what_a_press_meets),
         cmocka_unit_test(test_wave_stiffness_is_above_every_place_and_not_by_much),
+        cmocka_unit_test(test_wave_stiffness_beside_other_tools),
         cmocka_unit_test(test_wave_stiffness_refuses_what_has_none),
     };
     return cmocka_run_group_tests(tests, make_sphere, free_sphere);

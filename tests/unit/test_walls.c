@@ -8,11 +8,11 @@
 
 #define RADIUS_M 0.015
 
-/* H = (1 - n n^T)/(R + s): of two walls 80 degrees apart each pushes along its normal and
+/* H = (1 - n n^T)/(R + s): of two walls 70 degrees apart each pushes along its normal and
  * m_j (n_j - c n_i)/(R + s_i), c the cosine. A ball of 2 mm passes one of the feet. */
 static void test_slope_goes_on_where_the_centre_passes_a_foot(void **state) {
     shcd_model *model = fixture_ellipsoid(RADIUS_M, RADIUS_M, RADIUS_M);
-    const double turn = 80.0 * GROOVE_PI / 180.0, cosine = cos(turn), step_m = 2e-5;
+    const double turn = 70.0 * GROOVE_PI / 180.0, cosine = cos(turn), step_m = 2e-5;
     (void)state;
     for (int i = -50; i <= 50; i++) {
         const double s = step_m * i;
@@ -33,7 +33,7 @@ static void test_slope_goes_on_where_the_centre_passes_a_foot(void **state) {
         const shcd_vec3 slope =
             shcd_scale(contact.wall[1].way_m / (RADIUS_M + s), shcd_mul_add(other, -cosine, n));
         assert_true(contact.wall[0].share > 0.0 && contact.wall[1].share > 0.0);
-        assert_true(shcd_norm(slope) > 0.05);
+        assert_true(shcd_norm(slope) > 0.02);
         /* surface and sines to a few roundings, times the condition of degree 1: 1 */
         assert_near(shcd_norm(shcd_sub(contact.wall[0].slope, slope)), 0.0, 1e-12);
     }

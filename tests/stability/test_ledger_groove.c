@@ -1,0 +1,157 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The energy ledger of a ball in a groove, slowly: the slack of the inequality of shcd/energy.h
+ * goes with the square of a tick's motion, so that at a few micrometres a tick it hides nothing.
+ * The balls fit into the groove or do not, are pressed in as far as beyond their radius, and pass
+ * focal points, where walls begin and end; the bodies are rigid and soft. SHCD_TEST_SCALE=100 walks
+ * thousands of laps. */
+#include "shcd/energy.h"
+#include "support/groove.h"
+#include "support/scene_fixture.h"
+
+#include <float.h>
+#include <stdbool.h>
+
+#define SEED 0x6007
+#define LAPS 3
+#define K_N_PER_M 500.0
+
+/* An ellipse in the plane of the groove's section, turned, with a part along the groove; first a
+ * straight way in, last one out. */
+typedef struct lap {
+    double touched_m, in_m, deep_m, across_m, off_m, along_m, sense;
+    int n_ticks;
+} lap;
+
+static shcd_vec3 lap_at(const lap *l, int i) {
+    const double gate =
+        fmin(1.0, fmin((double)i / l->n_ticks, (LAPS + 2.0) - (double)i / l->n_ticks));
+    const double turn = 2.0 * GROOVE_PI * l->sense * i / l->n_ticks;
+    const double x = l->touched_m + (1.0 - gate) * 1e-4 - gate * (l->in_m + l->deep_m * cos(turn));
+    return shcd_vec3_make(x, gate * l->along_m * cos(2.0 * turn),
+                          gate * (l->off_m + l->across_m * sin(turn)));
+}
+
+typedef struct result {
+    double least_j; /* margin */
+    double given_j, slack_j, most_n;
+    uint32_t most_contacts;
+    int n_changes; /* of the number of contacts */
+} result;
+
+static result walk(fixture *f, const lap *l, size_t n_effects) {
+    result r = {.least_j = HUGE_VAL};
+    uint32_t before = 0;
+    shcd_ledger ledger;
+    memset(&ledger, 0, sizeof ledger);
+    assert_int_equal(shcd_state_init(f->scene, f->memory, shcd_state_size(f->scene), &f->state),
+                     SHCD_OK);
+    for (int i = 0; i <= (LAPS + 2) * l->n_ticks; i++) {
+        const shcd_pose pose = {lap_at(l, i), {1.0, 0.0, 0.0, 0.0}};
+        shcd_effect_output effects[2];
+        double stored_j = 0.0;
+        (void)shcd_ledger_move(&ledger, &pose, FIXTURE_TICK_S);
+        f->in[0].tool_in_world = pose;
+        f->in[0].velocity_m_per_s = shcd_scale(1.0 / FIXTURE_TICK_S, ledger.moved_m);
+        const shcd_input input = {.dt_s = FIXTURE_TICK_S, .tools = f->in, .n_tools = 1};
+        shcd_output output = {
+            .tools = f->out, .n_tools = 1, .effects = effects, .n_effects = n_effects};
+        assert_int_equal(shcd_step(f->scene, f->state, &input, &output), SHCD_OK);
+        for (size_t e = 0; e < n_effects; e++) {
+            stored_j += effects[e].stored_j;
+        }
+        const shcd_ledger_input held = {.published = f->out[0].wrench,
+                                        .model = f->out[0].wrench,
+                                        .velocity_m_per_s = f->in[0].velocity_m_per_s,
+                                        .stored_j = stored_j,
+                                        .stiffness_n_per_m = K_N_PER_M};
+        assert_int_equal(shcd_ledger_hold(&ledger, &held), SHCD_OK);
+        r.least_j = fmin(r.least_j, shcd_ledger_margin(&ledger));
+        r.most_n = fmax(r.most_n, shcd_norm(f->out[0].wrench.force_n));
+        r.n_changes += i > 0 && f->out[0].n_contacts != before;
+        before = f->out[0].n_contacts;
+        r.most_contacts = before > r.most_contacts ? before : r.most_contacts;
+    }
+    r.given_j = ledger.given_j;
+    r.slack_j = ledger.slack_j;
+    return r;
+}
+
+static double touched_at(fixture *f) {
+    for (double x = 0.06; x > 0.0; x -= 2e-5) {
+        if (fixture_move(f, shcd_vec3_make(x, 0.0, 0.0), shcd_vec3_make(0.0, 0.0, 0.0))
+                ->n_contacts > 0) {
+            return x;
+        }
+    }
+    fail_msg("the ball touches nothing");
+    return 0.0;
+}
+
+/* @param young_pa  of the membrane; 0: rigid */
+static void check_laps(double young_pa, size_t n_laps, double tolerance_j) {
+    const shcd_parameter_value spring = {.name = "k_n_per_m", .value = K_N_PER_M};
+    const shcd_parameter_value wave[] = {{.name = "youngs_modulus_pa", .value = young_pa},
+                                         {.name = "damping_ratio", .value = 0.05}};
+    const shcd_effect_def effects[2] = {{"stiffness", &spring, 1}, {"wave", wave, 2}};
+    const size_t n_effects = young_pa > 0.0 ? 2 : 1;
+    check_random random = {SEED};
+    int n_changes = 0;
+    double least_j = HUGE_VAL, given_j = 0.0;
+    for (size_t i = 0; i < n_laps; i++) {
+        const double waist = check_uniform(&random, 0.1, 0.75);
+        const double radius_m = check_uniform(&random, 0.003, 0.016);
+        shcd_model *model =
+            young_pa > 0.0 ? groove_soft_body(8, waist) : groove_body(GROOVE_DEGREE_MAX, waist);
+        const shcd_body_def body =
+            fixture_body("body", model, fixture_pose(0, 0, 0), effects, n_effects);
+        const shcd_tool_def tool = fixture_tool("ball", radius_m);
+        fixture f;
+        fixture_open(&f, &body, 1, &tool, 1);
+        const double in_m = fmin(radius_m, 0.006) * check_uniform(&random, 0.2, 1.2);
+        const lap l = {.touched_m = touched_at(&f),
+                       .in_m = in_m,
+                       .deep_m = in_m * check_uniform(&random, 0.1, 0.6),
+                       .across_m = check_uniform(&random, 2e-4, 2.5e-3),
+                       .off_m = check_uniform(&random, -1e-3, 1e-3),
+                       .along_m = check_uniform(&random, 0.0, 1e-3),
+                       .sense = i % 2 == 0 ? 1.0 : -1.0,
+                       .n_ticks = 3000};
+        const result r = walk(&f, &l, n_effects);
+        if (!(r.least_j >= -tolerance_j * check_tolerance_scale())) {
+            fail_msg("lap %zu: waist %.3f, ball of %.2f mm, %.2f mm in: margin %.3g J of %.3g J "
+                     "given, slack %.3g J",
+                     i, waist, 1e3 * radius_m, 1e3 * in_m, r.least_j, r.given_j, r.slack_j);
+        }
+        assert_true(r.most_n > 0.0);
+        assert_true(10.0 * r.slack_j < r.given_j);
+        least_j = fmin(least_j, r.least_j);
+        given_j = fmax(given_j, r.given_j);
+        n_changes += r.n_changes > 2; /* more than touching and leaving */
+        fixture_close(&f);
+        shcd_model_free(model);
+    }
+    print_message("least margin %.3g J, up to %.3g J given; walls began or ended in %d of %zu\n",
+                  least_j, given_j, n_changes, n_laps);
+    assert_true(2 * n_changes > (int)n_laps);
+}
+
+/* A depth to 1e-9 of the diagonal, 0.1 m, which enters energy and work with k depth, and the
+ * rounding of the sums. */
+static void test_slow_laps_in_a_rigid_groove_yield_nothing(void **state) {
+    (void)state;
+    check_laps(0.0, 4 + check_scaled(20), K_N_PER_M * 0.012 * 1e-9 * 0.1 * 2.0 + 1e-13);
+}
+
+static void test_slow_laps_in_a_soft_groove_yield_nothing(void **state) {
+    (void)state;
+    check_laps(1e6, 4 + check_scaled(12), 1e-9);
+    check_laps(1e4, 4 + check_scaled(12), 1e-9);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_slow_laps_in_a_rigid_groove_yield_nothing),
+        cmocka_unit_test(test_slow_laps_in_a_soft_groove_yield_nothing),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
