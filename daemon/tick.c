@@ -22,7 +22,8 @@ _Static_assert((int)TICK_STALE == SHCDMSG_TOOL_FORCE_T_STALE &&
                    (int)TICK_SIGN_UNSURE == SHCDMSG_TOOL_FORCE_T_SIGN_UNSURE &&
                    (int)TICK_LATE == SHCDMSG_TOOL_FORCE_T_LATE &&
                    (int)TICK_FINAL == SHCDMSG_TOOL_FORCE_T_FINAL &&
-                   (int)TICK_EXTRAPOLATED == SHCDMSG_TOOL_FORCE_T_EXTRAPOLATED,
+                   (int)TICK_EXTRAPOLATED == SHCDMSG_TOOL_FORCE_T_EXTRAPOLATED &&
+                   (int)TICK_YIELDING == SHCDMSG_TOOL_FORCE_T_YIELDING,
                "flags are those of the wire");
 
 bool tick_init(tick_core *core, const daemon_config *config, mailbox poses[], ring *commands,
@@ -204,6 +205,7 @@ static uint32_t model_flags(uint32_t flags) {
                                                                                  : 0u;
     r |= (flags & SHCD_TOOL_OUTPUT_SIGN_UNSURE) != 0 ? TICK_SIGN_UNSURE : 0u;
     r |= (flags & SHCD_TOOL_OUTPUT_EXTRAPOLATED) != 0 ? TICK_EXTRAPOLATED : 0u;
+    r |= (flags & SHCD_TOOL_OUTPUT_YIELDING) != 0 ? TICK_YIELDING : 0u;
     r |= (flags & SHCD_TOOL_OUTPUT_BAD_INPUT) != 0 ? SAFETY_FAULT : 0u;
     return r;
 }

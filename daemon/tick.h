@@ -34,7 +34,8 @@ typedef enum tick_flag {
     TICK_SIGN_UNSURE = 2048,
     TICK_LATE = 4096,
     TICK_FINAL = 8192,
-    TICK_EXTRAPOLATED = 16384
+    TICK_EXTRAPOLATED = 16384,
+    TICK_YIELDING = 32768
 } tick_flag;
 
 /** A command that needs the loop. */

@@ -290,7 +290,10 @@ typedef enum shcd_tool_output_flag {
      *  the body, see shcd_tool_output::tier and shcd_step(). */
     SHCD_TOOL_OUTPUT_DEGRADED = 1u << 4,
     /** A contact outside of what `learned` was trained on: see shcd_learned_flag. */
-    SHCD_TOOL_OUTPUT_EXTRAPOLATED = 1u << 5
+    SHCD_TOOL_OUTPUT_EXTRAPOLATED = 1u << 5,
+    /** A ball whose contact with several walls gives less than 0.99 of its law: together they were
+     *  stiffer than one, or would have given what they had not been given (docs/stability.md). */
+    SHCD_TOOL_OUTPUT_YIELDING = 1u << 6
 } shcd_tool_output_flag;
 
 /** Frozen layout. */

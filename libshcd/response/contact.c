@@ -145,8 +145,10 @@ void shcdi_contact_update(const shcdi_body *body, const shcdi_tool *tool, const 
     shcd_proximity closest;
     shcdi_gap_begin(out);
     if (shcdi_has_jumped(shcd_norm(shcd_sub(p, contact->proxy.tool_m)), dt_s, &contact->still_s)) {
+        const shcd_vec3 none = {0.0, 0.0, 0.0};
         contact->is_known = 0;
         contact->is_touching = 0;
+        contact->held_n = none; /* no hand moved it there */
         shcdi_sides_release(contact);
     }
     if (contact->is_touching && shcdi_keep_proxy(&u, &followed, out)) {

@@ -7,6 +7,7 @@
  * remains of the effects acts on the result (respond_soft.c). */
 #include "response/respond.h"
 #include "response/chain.h"
+#include "response/walls.h"
 
 #include <string.h>
 
@@ -202,6 +203,19 @@ static shcd_vec3 law_at(const shcdi_visit *v, size_t b, const found_contact *f, 
     return shcd_scale(f->share * r.normal_force_n, shcd_add(f->touch.normal, r.slope));
 }
 
+/* How many times as stiff as its law a relief may make a contact. */
+#define BENT_STIFFER 4.0
+
+/* An effect that bends the surface has its own slopes, which are springs, too, and which near a focal
+ * point are no gradient. */
+static bool is_bent(const shcdi_body *body) {
+    bool is = false;
+    for (size_t e = 0; e < body->n_effects; e++) {
+        is |= body->effects[e].effect->bend != NULL;
+    }
+    return is;
+}
+
 /* Withholds from the walls of a rigid body what they have not been given, account.h. */
 static void hold_account(const shcdi_visit *v, size_t b, shcdi_contact *known, found_contact f[],
                          size_t n) {
@@ -209,7 +223,8 @@ static void hold_account(const shcdi_visit *v, size_t b, shcdi_contact *known, f
     const double way_m = shcd_norm(moved_m);
     shcd_vec3 force_n = {0.0, 0.0, 0.0};
     double energy_j = 0.0, most_n = 0.0;
-    if (n < 2 && !known->account.is_open) {
+    const bool has_bend = is_bent(&v->scene->bodies[b]);
+    if (n < 2 && !known->account.is_open && !has_bend) {
         return; /* one wall's law has an energy */
     }
     for (size_t i = 0; i < n; i++) {
@@ -218,7 +233,13 @@ static void hold_account(const shcdi_visit *v, size_t b, shcdi_contact *known, f
         energy_j += wall_j;
         most_n = shcdi_max(most_n, rise_n);
     }
-    const double slack_j = 0.5 * (1.0 - known->yielded) * most_n * way_m;
+    most_n *= 1.0 - known->yielded;
+    if (has_bend) { /* as much stiffer as it has shown to be, up to a limit */
+        const double kept = 1.0 - known->account.withheld;
+        const double change_n = shcd_norm(shcd_sub(shcd_scale(kept, force_n), known->held_n));
+        most_n = shcdi_max(most_n, shcdi_min(change_n, BENT_STIFFER * most_n));
+    }
+    const double slack_j = 0.5 * most_n * way_m;
     const double kept = shcdi_account_admit(
         &known->account, slack_j - shcd_dot(known->held_n, moved_m), energy_j, v->input->dt_s);
     known->held_at_m = p;
@@ -228,6 +249,7 @@ static void hold_account(const shcdi_visit *v, size_t b, shcdi_contact *known, f
         f[i].energy_share *= kept;
         f[i].touch.along_weight *= kept;
     }
+    v->output->tools[v->tool_index].flags |= shcdi_walls_flag((1.0 - known->yielded) * kept);
 }
 
 static void respond_walls(shcdi_visit *v, size_t b) {

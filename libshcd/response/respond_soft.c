@@ -136,6 +136,7 @@ static void settle(const shcd_scene *scene, shcd_state *state, size_t b, const s
         const shcdi_response *r = &press->response;
         const double force_n = press->share * r->normal_force_n;
         shcdi_contact *contact = &shcdi_contacts_of(scene, state, press->tool)[b];
+        p->press[i].response.flags |= press->is_wall ? shcdi_walls_flag(press->share) : 0u;
         contact->held_n =
             shcd_mul_add(contact->held_n, force_n, shcd_add(press->touch.normal, r->slope));
         p->head->law_n_per_m = force_n > 0.0

@@ -33,6 +33,11 @@ shcd_vec3 shcdi_wall_lean(const shcdi_wall wall[], size_t i);
 /** Sets pressed_m and the shares of a contact from the depths of its walls. */
 void shcdi_walls_share(shcdi_contact *contact);
 
+/** What the tool's output says of a contact that gets this share of its law. */
+static inline uint32_t shcdi_walls_flag(double share) {
+    return share < 0.99 ? (uint32_t)SHCD_TOOL_OUTPUT_YIELDING : 0u;
+}
+
 /** Lets a contact whose walls are stiffer than one yield, after the slopes. */
 void shcdi_walls_yield(double dt_s, shcdi_contact *contact);
 

@@ -9,11 +9,24 @@
 #include "support/scene_fixture.h"
 
 #include <float.h>
-#include <stdbool.h>
 
 #define SEED 0x6007
-#define LAPS 3
+#define LAPS 2
 #define K_N_PER_M 500.0
+#define ANCHOR_N_PER_M 300.0
+#define DRAG_N_S_PER_M 0.5
+
+/* A depth to 1e-9 of the diagonal, 0.1 m, which enters energy and work with k depth, and the
+ * rounding of the sums. */
+#define TOLERANCE_J (K_N_PER_M * 0.012 * 1e-9 * 0.1 * 2.0 + 1e-13)
+
+/* A relief of 0.1 mm and 6 mm: the foot is pressed k (1 + (A q)^2 + D A q^2) stiff at most, q = 2
+ * pi/6 mm and D, the depth in all walls, below 12 mm. */
+#define RELIEF_M 1e-4
+#define RELIEF_WAVE_M 6e-3
+#define RELIEF_STIFFER 2.4
+
+typedef enum beside { BESIDE_NOTHING, BESIDE_RUBBING, BESIDE_RELIEF } beside;
 
 /* An ellipse in the plane of the groove's section, turned, with a part along the groove; first a
  * straight way in, last one out. */
@@ -35,10 +48,11 @@ typedef struct result {
     double least_j; /* margin */
     double given_j, slack_j, most_n;
     uint32_t most_contacts;
-    int n_changes; /* of the number of contacts */
+    int n_changes;  /* of the number of contacts */
+    int n_yielding; /* ticks */
 } result;
 
-static result walk(fixture *f, const lap *l, size_t n_effects) {
+static result walk(fixture *f, const lap *l, size_t n_effects, beside what) {
     result r = {.least_j = HUGE_VAL};
     uint32_t before = 0;
     shcd_ledger ledger;
@@ -47,7 +61,7 @@ static result walk(fixture *f, const lap *l, size_t n_effects) {
                      SHCD_OK);
     for (int i = 0; i <= (LAPS + 2) * l->n_ticks; i++) {
         const shcd_pose pose = {lap_at(l, i), {1.0, 0.0, 0.0, 0.0}};
-        shcd_effect_output effects[2];
+        shcd_effect_output effects[4];
         double stored_j = 0.0;
         (void)shcd_ledger_move(&ledger, &pose, FIXTURE_TICK_S);
         f->in[0].tool_in_world = pose;
@@ -59,15 +73,20 @@ static result walk(fixture *f, const lap *l, size_t n_effects) {
         for (size_t e = 0; e < n_effects; e++) {
             stored_j += effects[e].stored_j;
         }
-        const shcd_ledger_input held = {.published = f->out[0].wrench,
-                                        .model = f->out[0].wrench,
-                                        .velocity_m_per_s = f->in[0].velocity_m_per_s,
-                                        .stored_j = stored_j,
-                                        .stiffness_n_per_m = K_N_PER_M};
+        const shcd_ledger_input held = {
+            .published = f->out[0].wrench,
+            .model = f->out[0].wrench,
+            .velocity_m_per_s = f->in[0].velocity_m_per_s,
+            .stored_j = stored_j,
+            .stiffness_n_per_m = what == BESIDE_RUBBING  ? K_N_PER_M + ANCHOR_N_PER_M
+                                 : what == BESIDE_RELIEF ? RELIEF_STIFFER * K_N_PER_M
+                                                         : K_N_PER_M,
+            .damping_n_s_per_m = what == BESIDE_RUBBING ? DRAG_N_S_PER_M : 0.0};
         assert_int_equal(shcd_ledger_hold(&ledger, &held), SHCD_OK);
         r.least_j = fmin(r.least_j, shcd_ledger_margin(&ledger));
         r.most_n = fmax(r.most_n, shcd_norm(f->out[0].wrench.force_n));
         r.n_changes += i > 0 && f->out[0].n_contacts != before;
+        r.n_yielding += (f->out[0].flags & SHCD_TOOL_OUTPUT_YIELDING) != 0;
         before = f->out[0].n_contacts;
         r.most_contacts = before > r.most_contacts ? before : r.most_contacts;
     }
@@ -87,15 +106,30 @@ static double touched_at(fixture *f) {
     return 0.0;
 }
 
-/* @param young_pa  of the membrane; 0: rigid */
-static void check_laps(double young_pa, size_t n_laps, double tolerance_j) {
+/* @param young_pa  of the membrane; 0: rigid
+ * @param what      beside the spring: `friction` and `viscosity`, or `texture` */
+static void check_laps(double young_pa, beside what, size_t n_laps, double tolerance_j) {
     const shcd_parameter_value spring = {.name = "k_n_per_m", .value = K_N_PER_M};
     const shcd_parameter_value wave[] = {{.name = "youngs_modulus_pa", .value = young_pa},
                                          {.name = "damping_ratio", .value = 0.05}};
-    const shcd_effect_def effects[2] = {{"stiffness", &spring, 1}, {"wave", wave, 2}};
-    const size_t n_effects = young_pa > 0.0 ? 2 : 1;
+    const shcd_parameter_value anchor = {.name = "stiffness_n_per_m", .value = ANCHOR_N_PER_M};
+    const shcd_parameter_value drag = {.name = "damping_n_s_per_m", .value = DRAG_N_S_PER_M};
+    const shcd_parameter_value relief[] = {{.name = "amplitude_m", .value = RELIEF_M},
+                                           {.name = "wavelength_m", .value = RELIEF_WAVE_M}};
+    shcd_effect_def effects[4] = {{"stiffness", &spring, 1}};
+    size_t n_effects = 1;
+    if (young_pa > 0.0) {
+        effects[n_effects++] = (shcd_effect_def){"wave", wave, 2};
+    }
+    if (what == BESIDE_RELIEF) {
+        effects[n_effects++] = (shcd_effect_def){"texture", relief, 2};
+    }
+    if (what == BESIDE_RUBBING) {
+        effects[n_effects++] = (shcd_effect_def){"friction", &anchor, 1};
+        effects[n_effects++] = (shcd_effect_def){"viscosity", &drag, 1};
+    }
     check_random random = {SEED};
-    int n_changes = 0;
+    int n_changes = 0, n_yielding = 0;
     double least_j = HUGE_VAL, given_j = 0.0;
     for (size_t i = 0; i < n_laps; i++) {
         const double waist = check_uniform(&random, 0.1, 0.75);
@@ -115,8 +149,8 @@ static void check_laps(double young_pa, size_t n_laps, double tolerance_j) {
                        .off_m = check_uniform(&random, -1e-3, 1e-3),
                        .along_m = check_uniform(&random, 0.0, 1e-3),
                        .sense = i % 2 == 0 ? 1.0 : -1.0,
-                       .n_ticks = 3000};
-        const result r = walk(&f, &l, n_effects);
+                       .n_ticks = 2000};
+        const result r = walk(&f, &l, n_effects, what);
         if (!(r.least_j >= -tolerance_j * check_tolerance_scale())) {
             fail_msg("lap %zu: waist %.3f, ball of %.2f mm, %.2f mm in: margin %.3g J of %.3g J "
                      "given, slack %.3g J",
@@ -124,34 +158,50 @@ static void check_laps(double young_pa, size_t n_laps, double tolerance_j) {
         }
         assert_true(r.most_n > 0.0);
         assert_true(10.0 * r.slack_j < r.given_j);
+        assert_true(r.most_contacts > 1 || what == BESIDE_RELIEF || r.n_yielding == 0);
+        n_yielding += r.n_yielding > 0;
         least_j = fmin(least_j, r.least_j);
         given_j = fmax(given_j, r.given_j);
         n_changes += r.n_changes > 2; /* more than touching and leaving */
         fixture_close(&f);
         shcd_model_free(model);
     }
-    print_message("least margin %.3g J, up to %.3g J given; walls began or ended in %d of %zu\n",
-                  least_j, given_j, n_changes, n_laps);
-    assert_true(2 * n_changes > (int)n_laps);
+    print_message("least margin %.3g J, up to %.3g J given; of %zu walls began or ended in %d, and "
+                  "yielded in %d\n",
+                  least_j, given_j, n_laps, n_changes, n_yielding);
+    assert_true(n_changes > 0);
+    assert_true(n_yielding > 0 || n_laps < 6);
 }
 
-/* A depth to 1e-9 of the diagonal, 0.1 m, which enters energy and work with k depth, and the
- * rounding of the sums. */
 static void test_slow_laps_in_a_rigid_groove_yield_nothing(void **state) {
     (void)state;
-    check_laps(0.0, 4 + check_scaled(20), K_N_PER_M * 0.012 * 1e-9 * 0.1 * 2.0 + 1e-13);
+    check_laps(0.0, BESIDE_NOTHING, 2 + check_scaled(16), TOLERANCE_J);
 }
 
 static void test_slow_laps_in_a_soft_groove_yield_nothing(void **state) {
     (void)state;
-    check_laps(1e6, 4 + check_scaled(12), 1e-9);
-    check_laps(1e4, 4 + check_scaled(12), 1e-9);
+    check_laps(1e6, BESIDE_NOTHING, 1 + check_scaled(7), TOLERANCE_J);
+    check_laps(1e4, BESIDE_NOTHING, 1 + check_scaled(7), TOLERANCE_J);
+}
+
+static void test_slow_laps_with_friction_and_viscosity_yield_nothing(void **state) {
+    (void)state;
+    check_laps(0.0, BESIDE_RUBBING, 1 + check_scaled(9), TOLERANCE_J);
+    check_laps(1e4, BESIDE_RUBBING, 1 + check_scaled(5), TOLERANCE_J);
+}
+
+static void test_slow_laps_over_a_relief_yield_nothing(void **state) {
+    (void)state;
+    check_laps(0.0, BESIDE_RELIEF, 1 + check_scaled(9), TOLERANCE_J);
+    check_laps(1e4, BESIDE_RELIEF, 1 + check_scaled(5), TOLERANCE_J);
 }
 
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_slow_laps_in_a_rigid_groove_yield_nothing),
         cmocka_unit_test(test_slow_laps_in_a_soft_groove_yield_nothing),
+        cmocka_unit_test(test_slow_laps_over_a_relief_yield_nothing),
+        cmocka_unit_test(test_slow_laps_with_friction_and_viscosity_yield_nothing),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
