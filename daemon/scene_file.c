@@ -9,6 +9,7 @@
 #include "scene_accuracy.h"
 #include "scene_device.h"
 #include "scene_effects.h"
+#include "scene_pairs.h"
 #include "scene_stiffness.h"
 #include "tool_shape.h"
 #include "yaml_reader.h"
@@ -351,9 +352,10 @@ static bool make_config(scene_draft *draft, daemon_config *config) {
         return scene_effects_fail(draft->tree, draft->effects, draft->body_defs, draft->n_bodies,
                                   problem.message);
     }
-    double radius_m = 0.0;
+    double radius_m = 0.0, width_m = 0.0, stiffness_n_per_m[SHCD_BODIES_MAX];
     for (size_t i = 0; i < draft->n_tools; i++) {
         radius_m = fmax(radius_m, draft->shapes[i].geometry.radius_m);
+        width_m = fmax(width_m, scene_tool_width(&draft->shapes[i].geometry));
     }
     for (size_t i = 0; i < draft->n_bodies; i++) {
         if (!scene_stiffness_check_wave(draft->tree, draft->effects[i], config->scene, i,
@@ -361,7 +363,12 @@ static bool make_config(scene_draft *draft, daemon_config *config) {
                                         &draft->device)) {
             return false;
         }
+        stiffness_n_per_m[i] =
+            scene_stiffness_of(draft->effects[i], config->scene, i, &draft->body_defs[i],
+                               &draft->bodies[i].law, radius_m, &draft->device);
     }
+    (void)scene_pairs_tell(draft->body_defs, stiffness_n_per_m, draft->n_bodies, width_m,
+                           &draft->device);
     return true;
 }
 

@@ -158,3 +158,22 @@ bool scene_stiffness_check_wave(const yaml_tree *tree, const yaml_node *effects,
                      "or the patch larger than the contact",
                      k, 1e3 * dt_s, force_n, device->profile->name, limit);
 }
+
+double scene_stiffness_of(const yaml_node *effects, const shcd_scene *scene, size_t body,
+                          const shcd_body_def *def, const scene_law *law, double tool_radius_m,
+                          const scene_device *device) {
+    const shcd_learned *l = shcd_model_learned(def->model);
+    const double scale = value_of(def, "learned", "scale");
+    double sum = 0.0, tick, held;
+    if (law->node != NULL) {
+        sum += scene_law_stiffness(law, tool_radius_m, device->profile->force_max_n);
+    }
+    if (child(effects, "learned") != NULL && l != NULL && scale > 0.0) {
+        sum += scale * stiffest_of(l, scale, device->profile->force_max_n);
+    }
+    if (sum == 0.0 &&
+        shcd_scene_wave_stiffness(scene, body, 1.0 / device->rate_hz, &tick, &held) == SHCD_OK) {
+        sum = fmax(tick, held);
+    }
+    return sum;
+}

@@ -33,4 +33,10 @@ bool scene_stiffness_check_wave(const yaml_tree *tree, const yaml_node *effects,
                                 const scene_law *law, double tool_radius_m,
                                 const scene_device *device);
 
+/** Stiffness of a body to one tool, at the device's force [N/m]: of its elastic laws, or of its
+ *  membrane within a tick where it has none. */
+double scene_stiffness_of(const yaml_node *effects, const shcd_scene *scene, size_t body,
+                          const shcd_body_def *def, const scene_law *law, double tool_radius_m,
+                          const scene_device *device);
+
 #endif

@@ -237,7 +237,8 @@ SHCD_API SHCD_RT int shcd_scene_body_is_soft(const shcd_scene *scene, size_t bod
  *  Both are bounds from above. With one tool 1/(W_res + min over w of sum_k a_k (b_k phi_k(w))^2),
  *  the minimum bounded from a grid (libshcd/response/soft_stiffness.c): above the stiffest place by
  *  at most 0.15 of what the compliance varies over the surface. Tools that are held make the body
- *  stiffer for each other: with n of them, one contact each, at most what n at one place make.
+ *  stiffer for each other: with n of them, one contact each, at most what n at one place make: infinite
+ *  where the modes leave nothing out.
  *  @param[in]  dt_s          length of a tick, (0, 0.1]
  *  @param[out] tick_n_per_m  change of force for a motion within one tick: inertia makes the body
  *                            stiffer than it is when it is held, the more the shorter the tick
@@ -291,8 +292,9 @@ typedef enum shcd_tool_output_flag {
     SHCD_TOOL_OUTPUT_DEGRADED = 1u << 4,
     /** A contact outside of what `learned` was trained on: see shcd_learned_flag. */
     SHCD_TOOL_OUTPUT_EXTRAPOLATED = 1u << 5,
-    /** A ball whose contact with several walls gives less than 0.99 of its law: together they were
-     *  stiffer than one, or would have given what they had not been given (docs/stability.md). */
+    /** A ball that gets less than 0.99 of its law: the several walls of a contact were stiffer than
+     *  one, or would have given what they had not been given (docs/stability.md). Of a soft body
+     *  all its balls share that; with `texture` a single wall may come to it. */
     SHCD_TOOL_OUTPUT_YIELDING = 1u << 6
 } shcd_tool_output_flag;
 

@@ -10,7 +10,9 @@
  *     spare = sum over ticks (-F . dx + K |dx|^2/2) - U >= 0,
  *
  * and where U would make it negative as much of force and energy is withheld as is missing. It
- * comes back in time, as far as there is something to spare. */
+ * comes back in time, as far as there is something to spare. What effects that are switched on or
+ * off do to U comes from outside. Where a relief bends the surface the first wall has slopes of its
+ * own, and the account begins with it. */
 #ifndef SHCDI_ACCOUNT_H
 #define SHCDI_ACCOUNT_H
 
@@ -19,21 +21,27 @@
 /** Zero: closed. */
 typedef struct shcdi_account {
     double held_j;   /**< U, after what is withheld */
-    double spare_j;  /**< >= 0 */
+    double spare_j;  /**< of a soft body less than 0 by what could not be withheld in a tick */
     double withheld; /**< share of the law */
+    double gains;    /**< of the body's effects, as a sum that tells when one moves */
     uint32_t is_open;
     uint32_t reserved0;
 } shcdi_account;
 
 /** A rigid body's contact: books a tick and says what share of its law it may keep.
  *  @param[in] given_j   -F . dx + K |dx|^2/2 of the force that was held
- *  @param[in] energy_j  of the whole law, now. RT safe. */
-double shcdi_account_admit(shcdi_account *account, double given_j, double energy_j, double dt_s);
+ *  @param[in] energy_j  of the whole law, now
+ *  @param[in] gains     of the effects, now. RT safe. */
+double shcdi_account_admit(shcdi_account *account, double given_j, double energy_j, double gains,
+                           double dt_s);
 
-/** A soft body: how much it may store now; what is withheld comes back first. RT safe. */
-double shcdi_account_most(shcdi_account *account, double given_j, double dt_s);
+/** A soft body: how much it may store now; HUGE_VAL where that is not limited. What is withheld
+ *  comes back first.
+ *  @param[in] is_known  what has been given is known. RT safe. */
+double shcdi_account_most(shcdi_account *account, double given_j, double gains, int is_known,
+                          double dt_s);
 
-/** And what it stores, its contacts having been solved. RT safe. */
+/** And what it stores, its contacts having been solved; opens the account. RT safe. */
 void shcdi_account_settle(shcdi_account *account, double most_j, double stored_j);
 
 #endif

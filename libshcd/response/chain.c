@@ -94,3 +94,18 @@ void shcdi_chain_push(const shcdi_chain *c, const shcdi_response *r, shcd_vec3 a
         out->wrench.torque_n_m, shcd_add(shcd_cross(arm_m, along), shcd_cross(other_arm_m, other)));
     out->flags |= r->flags;
 }
+
+shcd_vec3 shcdi_chain_along(const shcdi_chain *c, const shcdi_response *pressed) {
+    shcd_vec3 sum = {0.0, 0.0, 0.0};
+    for (size_t e = 0; e < c->body->n_effects; e++) {
+        const shcdi_active_effect *active = &c->body->effects[e];
+        shcdi_response r = *pressed;
+        if (active->effect->press != NULL && active->effect->apply != NULL &&
+            c->gains[e].now > 0.0) {
+            call(c, active, 1.0, SHCDI_STAGE_APPLY, &r);
+            sum = shcd_mul_add(sum, c->gains[e].now,
+                               shcd_sub(r.other_force_n, pressed->other_force_n));
+        }
+    }
+    return sum;
+}

@@ -28,6 +28,9 @@ double shcdi_since(const shcd_input *input, uint64_t before);
 /** All effects of a stage, booked and timed if the output asks for that. */
 void shcdi_chain_act(const shcdi_chain *chain, shcdi_stage at, shcdi_response *r);
 
+/** What an elastic law pushes along the surface, since it is not the same everywhere: `learned`. */
+shcd_vec3 shcdi_chain_along(const shcdi_chain *chain, const shcdi_response *pressed);
+
 /** Books what an effect has changed. */
 void shcdi_chain_book(const shcdi_chain *chain, size_t effect, const shcdi_response *before,
                       const shcdi_response *after);

@@ -149,6 +149,7 @@ void shcdi_contact_update(const shcdi_body *body, const shcdi_tool *tool, const 
         contact->is_known = 0;
         contact->is_touching = 0;
         contact->held_n = none; /* no hand moved it there */
+        contact->held_at_m = p;
         shcdi_sides_release(contact);
     }
     if (contact->is_touching && shcdi_keep_proxy(&u, &followed, out)) {

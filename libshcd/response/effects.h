@@ -43,7 +43,8 @@ typedef struct shcdi_touch {
     shcd_vec3 parameter;        /**< of the foot */
     shcd_vec3 tool_point_m;     /**< point fixed in the tool whose motion friction resists */
     shcd_vec3 velocity_m_per_s; /**< of that point */
-    /** Of the surface at the foot of a body that is driven (`pulse`); else 0: respond.c says why */
+    /** Of the surface at the foot of a body that is driven (`pulse`); else 0: respond_soft.c says
+     * why */
     shcd_vec3 surface_velocity_m_per_s;
 } shcdi_touch;
 

@@ -176,9 +176,9 @@ static found_contact wall_contact(const shcdi_visit *v, size_t b, const shcdi_co
     return f;
 }
 
-/* The laws' force on a wall, unbooked; its energy, and how much more force there is where it is
- * deeper by `more_m`. */
-static shcd_vec3 law_at(const shcdi_visit *v, size_t b, const found_contact *f, double more_m,
+/* The laws' force on a wall, unbooked; its energy, and how much more or less force there is where
+ * it is deeper or less deep by `way_m`. */
+static shcd_vec3 law_at(const shcdi_visit *v, size_t b, const found_contact *f, double way_m,
                         double *energy_j, double *rise_n) {
     const shcdi_body *body = &v->scene->bodies[b];
     shcd_output unbooked = {.tools = NULL};
@@ -194,20 +194,24 @@ static shcd_vec3 law_at(const shcdi_visit *v, size_t b, const found_contact *f, 
                            f->memory};
     shcdi_response r = {.depth_m = f->touch.depth_m, .slope = f->slope};
     shcdi_chain_act(&c, SHCDI_STAGE_BEND, &r);
-    shcdi_response deeper = r;
-    deeper.depth_m += more_m;
+    shcdi_response deeper = r, shallower = r;
+    deeper.depth_m += way_m;
+    shallower.depth_m = shcdi_max(0.0, r.depth_m - way_m);
     shcdi_chain_act(&c, SHCDI_STAGE_PRESS, &r);
     shcdi_chain_act(&c, SHCDI_STAGE_PRESS, &deeper);
+    shcdi_chain_act(&c, SHCDI_STAGE_PRESS, &shallower);
     *energy_j = f->energy_share * r.stored_j;
-    *rise_n = deeper.normal_force_n - r.normal_force_n;
-    return shcd_scale(f->share * r.normal_force_n, shcd_add(f->touch.normal, r.slope));
+    *rise_n = shcdi_max(deeper.normal_force_n - r.normal_force_n,
+                        r.normal_force_n - shallower.normal_force_n);
+    return shcd_scale(f->share, shcd_mul_add(shcdi_chain_along(&c, &r), r.normal_force_n,
+                                             shcd_add(f->touch.normal, r.slope)));
 }
 
 /* How many times as stiff as its law a relief may make a contact. */
 #define BENT_STIFFER 4.0
 
-/* An effect that bends the surface has its own slopes, which are springs, too, and which near a focal
- * point are no gradient. */
+/* An effect that bends the surface has its own slopes, which are springs, too, and which near a
+ * focal point are no gradient. */
 static bool is_bent(const shcdi_body *body) {
     bool is = false;
     for (size_t e = 0; e < body->n_effects; e++) {
@@ -223,7 +227,10 @@ static void hold_account(const shcdi_visit *v, size_t b, shcdi_contact *known, f
     const double way_m = shcd_norm(moved_m);
     shcd_vec3 force_n = {0.0, 0.0, 0.0};
     double energy_j = 0.0, most_n = 0.0;
-    const bool has_bend = is_bent(&v->scene->bodies[b]);
+    const shcdi_body *body = &v->scene->bodies[b];
+    const bool has_bend = is_bent(body);
+    const double gains =
+        shcdi_gain_sum(body, shcdi_gains_of(v->scene, v->state) + body->first_effect);
     if (n < 2 && !known->account.is_open && !has_bend) {
         return; /* one wall's law has an energy */
     }
@@ -240,8 +247,9 @@ static void hold_account(const shcdi_visit *v, size_t b, shcdi_contact *known, f
         most_n = shcdi_max(most_n, shcdi_min(change_n, BENT_STIFFER * most_n));
     }
     const double slack_j = 0.5 * most_n * way_m;
-    const double kept = shcdi_account_admit(
-        &known->account, slack_j - shcd_dot(known->held_n, moved_m), energy_j, v->input->dt_s);
+    const double kept =
+        shcdi_account_admit(&known->account, slack_j - shcd_dot(known->held_n, moved_m), energy_j,
+                            gains, v->input->dt_s);
     known->held_at_m = p;
     known->held_n = shcd_scale(kept, force_n);
     for (size_t i = 0; i < n; i++) {

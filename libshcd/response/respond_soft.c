@@ -89,32 +89,37 @@ static void yield_walls(const shcd_scene *scene, shcd_state *state, size_t b, do
     }
 }
 
-/* What may be stored now, account.h: the body is touched by balls and nothing else, and they have
- * given so much since the last tick by the laws' forces that were held. */
+/* What the hand of a tool gave since the last tick by the law's force that was held, and what
+ * holding it may yield; HUGE_VAL for one that begins to press, by its way or put there. */
+static double given_by(const shcdi_contact *contact, size_t tool, const shcdi_soft_parts *p) {
+    const shcd_vec3 moved_m = shcd_sub(contact->last_m, contact->held_at_m);
+    bool begins = false;
+    if (shcd_norm(contact->held_n) > 0.0) {
+        return 0.5 * p->head->law_n_per_m * shcd_dot(moved_m, moved_m) -
+               shcd_dot(contact->held_n, moved_m);
+    }
+    for (uint32_t i = 0; i < p->head->n_presses; i++) {
+        begins |= p->press[i].tool == tool && p->press[i].response.depth_m > 0.0;
+    }
+    return begins ? HUGE_VAL : 0.0;
+}
+
+/* What may be stored now, account.h; what is known is what balls give. */
 static double most_of(const shcd_scene *scene, shcd_state *state, size_t b,
                       const shcdi_soft_parts *p, double dt_s) {
-    const shcdi_account closed = {.is_open = 0};
-    bool is_known = scene->bodies[b].soft->law >= 0 && p->head->n_presses > 0;
+    const shcdi_body *body = &scene->bodies[b];
+    const double gains = shcdi_gain_sum(body, shcdi_gains_of(scene, state) + body->first_effect);
+    bool is_known = body->soft->law >= 0 && p->head->n_presses > 0;
     double given_j = 0.0;
     for (uint32_t i = 0; i < p->head->n_presses; i++) {
         is_known &= p->press[i].is_wall != 0;
     }
-    if (!is_known) {
-        p->head->account = closed;
-        p->head->law_n_per_m = 0.0;
+    for (size_t t = 0; t < scene->n_tools && is_known; t++) {
+        given_j += given_by(&shcdi_contacts_of(scene, state, t)[b], t, p);
     }
-    if (p->head->account.is_open == 0) {
-        return HUGE_VAL;
-    }
-    for (size_t t = 0; t < scene->n_tools; t++) {
-        const shcdi_contact *contact = &shcdi_contacts_of(scene, state, t)[b];
-        const shcd_vec3 moved_m = shcd_sub(contact->last_m, contact->held_at_m);
-        given_j += 0.5 * p->head->law_n_per_m * shcd_dot(moved_m, moved_m) -
-                   shcd_dot(contact->held_n, moved_m);
-    }
-    const double most_j = shcdi_account_most(&p->head->account, given_j, dt_s);
+    const double most_j = shcdi_account_most(&p->head->account, given_j, gains, is_known, dt_s);
     for (uint32_t i = 0; i < p->head->n_presses; i++) {
-        p->press[i].share *= 1.0 - p->head->account.withheld;
+        p->press[i].share *= p->press[i].is_wall ? 1.0 - p->head->account.withheld : 1.0;
     }
     return most_j;
 }
@@ -123,7 +128,8 @@ static double most_of(const shcd_scene *scene, shcd_state *state, size_t b,
 static void settle(const shcd_scene *scene, shcd_state *state, size_t b, const shcdi_soft_parts *p,
                    double most_j) {
     const double drive_j = p->head->drive_work_j - p->head->booked_work_j;
-    double stored_j = p->head->stored_j;
+    const bool has_law = scene->bodies[b].soft->law >= 0;
+    double stored_j = p->head->stored_j, slope = 0.0;
     bool has_groove = p->head->account.is_open != 0;
     for (size_t t = 0; t < scene->n_tools; t++) {
         shcdi_contact *contact = &shcdi_contacts_of(scene, state, t)[b];
@@ -139,14 +145,13 @@ static void settle(const shcd_scene *scene, shcd_state *state, size_t b, const s
         p->press[i].response.flags |= press->is_wall ? shcdi_walls_flag(press->share) : 0u;
         contact->held_n =
             shcd_mul_add(contact->held_n, force_n, shcd_add(press->touch.normal, r->slope));
-        p->head->law_n_per_m = force_n > 0.0
-                                   ? shcdi_max(p->head->law_n_per_m, force_n / press->way_m)
-                                   : p->head->law_n_per_m;
+        slope = shcdi_max(slope, press->slope_n_per_m);
         stored_j += press->share * r->stored_j;
-        has_groove |= i > 0 && press->tool == press[-1].tool && press->is_wall;
+        has_groove |= i > 0 && press->tool == press[-1].tool && press->is_wall != 0;
     }
     p->head->booked_work_j = p->head->drive_work_j;
-    if (has_groove) {
+    p->head->law_n_per_m = shcdi_max(p->head->n_presses > 0 ? p->head->law_n_per_m : 0.0, slope);
+    if (has_groove && has_law) {
         shcdi_account_settle(&p->head->account, most_j + drive_j, stored_j);
     }
 }

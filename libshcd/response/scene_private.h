@@ -127,10 +127,9 @@ typedef struct shcdi_contact {
     shcdi_wall wall[SHCDI_WALLS_MAX]; /**< sphere */
     double pressed_m;                 /**< depth that the elastic law gets of all walls together */
     double yielded;                   /**< share of its stiffness that this contact has given up */
-    shcdi_account account;            /**< sphere on a rigid body, from its second wall on */
+    shcdi_account account;            /**< sphere on a rigid body */
     shcd_vec3 held_at_m;              /**< sphere: the centre when ... */
     shcd_vec3 held_n;                 /**< ... the law's force of the last tick began to be held */
-    double held_n_per_m;              /**< stiffness of that, of a soft body */
     shcd_certificate certificate;     /**< point, sphere: valid or void, but never wrong */
 } shcdi_contact;
 
@@ -165,6 +164,15 @@ typedef struct shcdi_gap {
 static inline void shcdi_gap_begin(shcdi_gap *gap) {
     const shcdi_gap nothing = {.allowance_ns = gap->allowance_ns, .shape = gap->shape};
     *gap = nothing;
+}
+
+/** A sum of the gains of a body's effects that changes when one of them does. */
+static inline double shcdi_gain_sum(const shcdi_body *body, const shcdi_gain *gains) {
+    double sum = 0.0;
+    for (size_t e = 0; e < body->n_effects; e++) {
+        sum += (double)(e + 1) * gains[e].now;
+    }
+    return sum;
 }
 
 /** Bound of all the surface's motion since the state was initialised: the difference of two such

@@ -96,6 +96,7 @@ typedef struct shcdi_press {
     uint32_t wall;        /**< which of them */
     double way_m;         /**< how far it moves the ball, if it has a law, ... */
     double way_share;     /**< ... its share of the whole way out, ... */
+    double slope_n_per_m; /**< ... how fast the whole force rises with that, in a tick, ... */
     shcd_vec3 tilt;       /**< ... and what its slope is besides, since it turns */
 } shcdi_press;
 
@@ -110,7 +111,7 @@ typedef struct shcdi_soft_state {
     uint32_t is_tilted; /**< 0: `tilt` counts as zero */
     uint32_t reserved0;
     shcdi_account account; /**< of balls' contacts, from a second wall on */
-    double law_n_per_m;    /**< largest stiffness of the law since then */
+    double law_n_per_m;    /**< largest slope of the law, while anything touches */
     double booked_work_j;  /**< drive_work_j that it has booked */
 } shcdi_soft_state;
 

@@ -50,6 +50,8 @@
 #define WITHHOLDS_MAX 4
 #define WITHHELD_MORE 1.25
 #define KEPT_MIN 0.125
+/* What must at least be let out, as a share of what is missing. */
+#define HELPS 0.75
 
 /* Matrix among the contacts of a body. */
 typedef double matrix[SHCDI_PRESSES_MAX][SHCDI_PRESSES_MAX];
@@ -110,6 +112,22 @@ static double force_at(const shcdi_press *press, const shcdi_active_effect *law,
     const double f = law->effect->press(law->constants, &press->touch, depth_m, g * w, stored_j);
     *stored_j *= gain;
     return g * f;
+}
+
+/* What a held force yields goes with the square of a motion and half of this: how fast the law's
+ * force rises with its own depth. Seen through the surface, which gives way by w, that is t/w (its
+ * mean over a twentieth of the depth, which no tick goes by far), so that by itself it is
+ * t/w/(1 - t). Where all is the membrane's, t = 1, each wall is one of its own, and twice as much,
+ * since a tick's force acts on the modes from the tick's start with its value at the end. */
+static double slope_at(const shcdi_press *press, const shcdi_active_effect *law, double gain,
+                       size_t n_walls, double depth_m, double w, double f) {
+    double unused;
+    const double more_m = 0.05 * depth_m;
+    const double slope =
+        more_m > 0.0 ? (force_at(press, law, gain, depth_m + more_m, w, &unused) - f) / more_m
+                     : 0.0;
+    const double most = 2.0 * (double)n_walls, left = 1.0 - slope * w;
+    return slope * (left * most > 1.0 ? 1.0 / left : most);
 }
 
 /* ---- one block ------------------------------------------------------------------------------ */
@@ -200,6 +218,8 @@ static void press_walls(const relaxation *r, const block *b, double force_n[], d
         }
         s = next;
     }
+    const double w = depth_m > 0.0 ? form(n, b->w, m) / (depth_m * depth_m) : 0.0;
+    const double slope = slope_at(press, r->law, r->gain, n, depth_m + w * f, w, f);
     for (size_t i = 0; i < n; i++) {
         const double share = depth_m > 0.0 ? m[i] / depth_m : 0.0;
         double left_m = 0.0; /* d'_i of a wall with a force: (A m)_i, by (1) */
@@ -210,6 +230,7 @@ static void press_walls(const relaxation *r, const block *b, double force_n[], d
         stored_j[i] = depth_m > 0.0 ? energy_j * share * left_m / depth_m : 0.0;
         press[i].way_m = m[i];
         press[i].way_share = share;
+        press[i].slope_n_per_m = slope;
     }
 }
 
@@ -226,6 +247,8 @@ static double sweep(relaxation *r) {
             f[0] = force_at(alone, r->law, r->gain, b.a.depth_m[0], b.w[0][0], &r->stored_j[i]);
             alone->way_m = shcdi_max(0.0, b.a.depth_m[0] - b.w[0][0] * f[0]);
             alone->way_share = 1.0;
+            alone->slope_n_per_m =
+                slope_at(alone, r->law, r->gain, 1, b.a.depth_m[0], b.w[0][0], f[0]);
         } else if (r->law == NULL) {
             press_rigid(r, &b, f);
         } else {
@@ -277,26 +300,44 @@ static double residual_energy(const shcdi_soft *soft, const relaxation *r, doubl
     return 0.5 * shown * shown * soft->residual_m_per_n * sum;
 }
 
-/* Withholds of the law what modes and law would hold too much. @return whether there was something
- */
-static bool withhold(const shcdi_soft *soft, unsigned char *memory, relaxation *r, double shown,
-                     double most_j) {
+/* Energy that modes and law hold beyond the work of the drive; the law's. */
+static double hold(const shcdi_soft *soft, unsigned char *memory, const relaxation *r, double shown,
+                   double *law_j) {
     const shcdi_soft_parts *p = r->parts;
-    double law_j = 0.0, drive_j;
+    double drive_j;
+    *law_j = 0.0;
     for (size_t i = 0; i < p->head->n_presses; i++) {
-        law_j += p->press[i].share * r->stored_j[i];
+        *law_j += p->press[i].share * r->stored_j[i];
     }
     const double modes_j = shcdi_soft_energy(soft, memory, p->trial, &drive_j);
-    const double over_j = law_j + residual_energy(soft, r, shown) + modes_j - drive_j - most_j;
-    if (!(over_j > 0.0) || !(law_j > 0.0)) {
-        return false;
+    return *law_j + residual_energy(soft, r, shown) + modes_j - drive_j;
+}
+
+static double relax_with(const shcdi_soft *soft, relaxation *r, double shown, double kept) {
+    for (size_t i = 0; i < r->parts->head->n_presses; i++) {
+        r->parts->press[i].share *= kept;
     }
-    const double kept = shcdi_max(KEPT_MIN, 1.0 - WITHHELD_MORE * over_j / law_j);
-    for (size_t i = 0; i < p->head->n_presses; i++) {
-        p->press[i].share *= kept;
+    r->parts->head->account.withheld = 1.0 - kept * (1.0 - r->parts->head->account.withheld);
+    const double change = relax(r);
+    set_trial(soft, r, shown);
+    return change;
+}
+
+/* Withholds of the law what is too much; not where that lets nothing out, as of a law that has gone
+ * rigid in series with the membrane. */
+static double withhold(const shcdi_soft *soft, unsigned char *memory, relaxation *r, double shown,
+                       double most_j, double change) {
+    double law_j, over_j = hold(soft, memory, r, shown, &law_j) - most_j;
+    for (int n = 0; n < WITHHOLDS_MAX && over_j > 0.0 && law_j > 0.0; n++) {
+        const double kept = shcdi_max(KEPT_MIN, 1.0 - WITHHELD_MORE * over_j / law_j);
+        const double before_j = over_j;
+        change = relax_with(soft, r, shown, kept);
+        over_j = hold(soft, memory, r, shown, &law_j) - most_j;
+        if (!(over_j <= HELPS * before_j)) {
+            return relax_with(soft, r, shown, 1.0 / kept);
+        }
     }
-    p->head->account.withheld = 1.0 - kept * (1.0 - p->head->account.withheld);
-    return true;
+    return change;
 }
 
 void shcdi_soft_press(const shcdi_soft *soft, unsigned char *memory, const shcdi_active_effect *law,
@@ -306,15 +347,12 @@ void shcdi_soft_press(const shcdi_soft *soft, unsigned char *memory, const shcdi
     fill(soft, &p, gain.shown, r.w);
     double change = relax(&r);
     set_trial(soft, &r, gain.shown);
-    for (int n = 0; n < WITHHOLDS_MAX && law != NULL && most_j < HUGE_VAL &&
-                    withhold(soft, memory, &r, gain.shown, most_j);
-         n++) {
-        change = relax(&r);
-        set_trial(soft, &r, gain.shown);
+    if (law != NULL && most_j < HUGE_VAL) {
+        change = withhold(soft, memory, &r, gain.shown, most_j, change);
     }
     for (size_t i = 0; i < p.head->n_presses; i++) {
         shcdi_response *out = &p.press[i].response;
-        out->normal_force_n = r.force_n[i] / p.press[i].share;
+        out->normal_force_n = p.press[i].share > 0.0 ? r.force_n[i] / p.press[i].share : 0.0;
         out->stored_j += r.stored_j[i];
         out->flags |= change <= GOOD_ENOUGH ? 0u : (uint32_t)SHCD_TOOL_OUTPUT_TRUNCATED;
     }

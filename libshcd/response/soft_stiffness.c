@@ -115,7 +115,8 @@ static double stiffest(const shcdi_soft *soft, size_t n_contacts, double least, 
     const double open = (most - least) * share / (1.0 - 2.0 * share) + ROUNDING * most;
     const double left = soft->residual_m_per_n;
     const double others = (double)(n_contacts - 1) * (most + open);
-    return 1.0 / (left + shcdi_max(0.0, least - open) * (left / (left + others)));
+    return 1.0 /
+           (left + shcdi_max(0.0, least - open) * (others > 0.0 ? left / (left + others) : 1.0));
 }
 
 shcd_status shcd_scene_wave_stiffness(const shcd_scene *scene, size_t body, double dt_s,

@@ -25,7 +25,7 @@ typedef struct shcdi_visit {
 void shcdi_visit_bodies(shcdi_visit *v);
 
 /** Lets the effects of rigid bodies act on the tool, and notes the contacts with soft ones, for
- *  shcdi_soft_respond(). */
+ *  shcdi_respond_soft(). */
 void shcdi_visit_respond(shcdi_visit *v);
 
 /** Where an array of the state lies. */
