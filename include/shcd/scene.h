@@ -336,7 +336,8 @@ typedef struct shcd_tool_output {
 /** What one effect of one body did in a tick. Frozen layout. */
 typedef struct shcd_effect_output {
     double stored_j; /**< energy that it holds: springs of contacts, a body's modes [J] */
-    double work_j;   /**< energy that it has put into the body since the start (pulse) [J] */
+    double work_j;   /**< energy that it has brought in since the start (pulse): into the body, and
+                          into what its surface carries along [J] */
     double time_ns;  /**< what it took, by shcd_input::clock_ns; 0 without [ns] */
     double gain;     /**< how much of it acts, 0 .. 1 */
 } shcd_effect_output;

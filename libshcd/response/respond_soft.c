@@ -156,6 +156,32 @@ static void settle(const shcd_scene *scene, shcd_state *state, size_t b, const s
     }
 }
 
+/* A surface that is driven carries what rubs on it: its velocities at the contacts, and its work on
+ * the forces that were held since the last tick. */
+static void carry(const shcd_scene *scene, shcd_state *state, size_t b, const shcdi_soft_parts *p,
+                  double carried, double dt_s) {
+    const shcd_vec3 none = {0.0, 0.0, 0.0};
+    unsigned char *memory = (unsigned char *)state + scene->bodies[b].soft_offset;
+    for (size_t t = 0; t < scene->n_tools; t++) {
+        shcdi_contact *contact = &shcdi_contacts_of(scene, state, t)[b];
+        shcd_vec3 sum = none;
+        double count = 0.0;
+        for (uint32_t i = 0; i < p->head->n_presses; i++) {
+            shcdi_touch *touch = &p->press[i].touch;
+            if (p->press[i].tool == t) {
+                touch->surface_velocity_m_per_s =
+                    shcdi_soft_velocity(scene->bodies[b].soft, memory, i, carried);
+                sum = shcd_add(sum, touch->surface_velocity_m_per_s);
+                count += 1.0;
+            }
+        }
+        if (count > 0.0) {
+            p->head->carried_work_j += dt_s / count * shcd_dot(contact->rubbing_n, sum);
+        }
+        contact->rubbing_n = none;
+    }
+}
+
 void shcdi_respond_soft(const shcd_scene *scene, shcd_state *state, size_t b,
                         const shcd_input *input, shcd_output *output) {
     const shcdi_body *body = &scene->bodies[b];
@@ -181,6 +207,9 @@ void shcdi_respond_soft(const shcd_scene *scene, shcd_state *state, size_t b,
     settle(scene, state, b, &parts, most_j);
     yield_walls(scene, state, b, input->dt_s, press, n_presses);
     divide_along(press, n_presses);
+    if (carried > 0.0) {
+        carry(scene, state, b, &parts, carried, input->dt_s);
+    }
     for (uint32_t i = 0; i < n_presses; i++) {
         shcdi_press *p = &press[i];
         const shcdi_response nothing = {.depth_m = p->response.depth_m,
@@ -188,12 +217,14 @@ void shcdi_respond_soft(const shcd_scene *scene, shcd_state *state, size_t b,
         const shcdi_chain c = {
             scene,   body,     gains,    input,     output,
             p->tool, p->share, p->share, &p->touch, (unsigned char *)state + p->memory_at};
-        if (carried > 0.0) {
-            p->touch.surface_velocity_m_per_s = shcdi_soft_velocity(body->soft, memory, i, carried);
-        }
         shcdi_chain_book(&c, e, &nothing, &p->response);
         shcdi_chain_act(&c, SHCDI_STAGE_APPLY, &p->response);
         shcdi_chain_push(&c, &p->response, p->arm_m, p->other_arm_m);
+        if (carried > 0.0) {
+            shcdi_contact *contact = &shcdi_contacts_of(scene, state, p->tool)[b];
+            contact->rubbing_n =
+                shcd_mul_add(contact->rubbing_n, p->share, p->response.other_force_n);
+        }
     }
     /* they hold the model's address, and a state none */
     memset(press, 0, n_presses * sizeof *press);

@@ -130,6 +130,7 @@ typedef struct shcdi_contact {
     shcdi_account account;            /**< sphere on a rigid body */
     shcd_vec3 held_at_m;              /**< sphere: the centre when ... */
     shcd_vec3 held_n;                 /**< ... the law's force of the last tick began to be held */
+    shcd_vec3 rubbing_n;              /**< on a body that drives: what rubs, held likewise */
     shcd_certificate certificate;     /**< point, sphere: valid or void, but never wrong */
 } shcdi_contact;
 

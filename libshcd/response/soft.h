@@ -112,6 +112,7 @@ typedef struct shcdi_soft_state {
     uint32_t reserved0;
     shcdi_account account; /**< of balls' contacts, from a second wall on */
     double law_n_per_m;    /**< largest slope of the law, while anything touches */
+    double carried_work_j; /**< that the moving surface did on what rubs on it, since the start */
     double booked_work_j;  /**< drive_work_j that it has booked */
 } shcdi_soft_state;
 

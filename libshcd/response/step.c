@@ -238,7 +238,7 @@ static void respond_soft(const shcd_scene *scene, shcd_state *state, const shcd_
             shcd_effect_output *first = output->effects + body->first_effect;
             first[body->soft->wave].stored_j += soft->stored_j;
             if (body->soft->pulse >= 0) {
-                first[body->soft->pulse].work_j = soft->drive_work_j;
+                first[body->soft->pulse].work_j = soft->drive_work_j + soft->carried_work_j;
             }
         }
     }

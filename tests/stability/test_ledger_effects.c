@@ -81,12 +81,59 @@ static void test_closed_paths_on_a_beating_body_with_friction(void **state) {
     shcd_model_free(model);
 }
 
+/* A beating surface drags a tool along whose hand only takes: what it takes is what the heart
+ * brings in, and nothing else. */
+static void check_carried(const shcd_effect_def *rub, double stiffness, double drag) {
+    const shcd_parameter_value beats[] = {
+        {.name = "mode", .value = 3.0},         {.name = "amplitude_m", .value = 0.004},
+        {.name = "frequency_hz", .value = 2.0}, {.name = "direction_x", .value = 0.0},
+        {.name = "direction_y", .value = 1.0},  {.name = "direction_z", .value = 0.0}};
+    /* undamped modes give back what they got: nothing else that could pay for the hand */
+    const shcd_parameter_value undamped[] = {liver, {.name = "damping_ratio", .value = 0.0}};
+    const shcd_effect_def effects[] = {
+        {"stiffness", &spring, 1}, *rub, {"wave", undamped, 2}, {"pulse", beats, 6}};
+    shcd_model *model = soft_sphere(0.05, 8);
+    account *a = malloc(sizeof *a);
+    shcd_vec3 p = {0.05 + RADIUS_M + 1e-4, 0.0, 0.0};
+    double carried_j = 0.0;
+    assert_non_null(a);
+    account_open(a, model, NULL, effects, 4, K_N_PER_M + stiffness);
+    a->drag_n_s_per_m = drag;
+    account_reset(a);
+    for (int i = 0; i < 6000; i++) {
+        const double x = 0.05 + RADIUS_M + 1e-4 - fmin(3e-3, 1e-5 * i);
+        const shcd_vec3 force = a->f.out[0].wrench.force_n;
+        const double step_m = i > 400 ? 0.3 * FIXTURE_TICK_S * force.y : 0.0;
+        carried_j += step_m * force.y;
+        p = shcd_vec3_make(x, p.y + step_m, 0.0);
+        account_tick(a, p);
+    }
+    print_message(
+        "%s: %.3g J taken along the surface, %.3g J brought in, slack %.3g J, least margin "
+        "%.3g J\n",
+        rub->name, carried_j, a->driven_j, a->ledger.slack_j, a->least_j);
+    assert_true(carried_j > 1e-4);
+    assert_true(a->least_j >= -TOLERANCE_J * check_tolerance_scale());
+    fixture_close(&a->f);
+    shcd_model_free(model);
+    free(a);
+}
+
+static void test_what_a_beating_surface_carries_is_brought_in_by_pulse(void **state) {
+    const shcd_parameter_value drag = {.name = "damping_n_s_per_m", .value = 3.0};
+    const shcd_effect_def drags = {"viscosity", &drag, 1}, rubs = {"friction", &rubbing, 1};
+    (void)state;
+    check_carried(&drags, 0.0, 3.0);
+    check_carried(&rubs, 400.0, 0.0);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_closed_paths_with_friction),
         cmocka_unit_test(test_closed_paths_with_relaxation),
         cmocka_unit_test(test_closed_paths_on_a_soft_body),
         cmocka_unit_test(test_closed_paths_on_a_beating_body_with_friction),
+        cmocka_unit_test(test_what_a_beating_surface_carries_is_brought_in_by_pulse),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
