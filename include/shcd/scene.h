@@ -237,8 +237,8 @@ SHCD_API SHCD_RT int shcd_scene_body_is_soft(const shcd_scene *scene, size_t bod
  *  Both are bounds from above. With one tool 1/(W_res + min over w of sum_k a_k (b_k phi_k(w))^2),
  *  the minimum bounded from a grid (libshcd/response/soft_stiffness.c): above the stiffest place by
  *  at most 0.15 of what the compliance varies over the surface. Tools that are held make the body
- *  stiffer for each other: with n of them, one contact each, at most what n at one place make: infinite
- *  where the modes leave nothing out.
+ *  stiffer for each other: with n of them, one contact each, at most what n at one place make:
+ *  infinite where the modes leave nothing out.
  *  @param[in]  dt_s          length of a tick, (0, 0.1]
  *  @param[out] tick_n_per_m  change of force for a motion within one tick: inertia makes the body
  *                            stiffer than it is when it is held, the more the shorter the tick

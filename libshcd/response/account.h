@@ -4,8 +4,8 @@
  * One wall's law has an energy of its depth, and its force is the gradient: it cannot. Several
  * walls have one as long as each of their feet goes on (walls.c). Where a ball that does not fit
  * into a hollow passes a focal point, feet end and begin and the gradient has no limit; where the
- * shares fade instead, a lap about such a point yielded 5 % of the work that it moved. So such a
- * contact keeps the account of shcd/energy.h itself, from its second wall on until it ends:
+ * turning of walls fades instead, a lap about such a point would yield work. So such a contact
+ * keeps the account of shcd/energy.h itself, from its second wall on until it ends:
  *
  *     spare = sum over ticks (-F . dx + K |dx|^2/2) - U >= 0,
  *

@@ -21,8 +21,8 @@
  * term is the work of tangential forces: wall i pushes along n_i + sum_j a'_ij m_j H_i n_j. With it
  * the force is the gradient again. It is continuous if a' is: between 90 and 75.5 degrees a goes
  * over from 0 to the cosine c as c^2/c0 (2 - c/c0), c0 the latter's; it is less than c by 0.037
- * there at most, and the stiffness more than one wall's by as much. (A steeper way over is stiffer
- * itself: a'' m H is up to 5 times one wall's at c0 = 0.1, a ball pressed in by 0.7 of its radius.)
+ * there at most, and the stiffness more than one wall's by as much. (A steeper
+ * way over is stiffer itself, by a'' m H.)
  * From p = S + s n, with J the derivative of the foot S, H = (1 - n n^T - J)/s, which has a limit
  * where p is on the surface and goes on behind it (foot_motion.h). Towards a focal point of a
  * hollow wall, where it goes to infinity and the foot is about to end, it fades: the force is no

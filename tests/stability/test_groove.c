@@ -2,6 +2,7 @@
 /* A ball in a groove: its walls together are no stiffer than the one spring that the device was
  * promised, so that the loop at the device's own limit comes to rest there, too; and on closed
  * paths through the groove no law yields more than a held spring does. */
+#include "groove_walk.h"
 #include "paths.h"
 #include "session.h"
 
@@ -159,27 +160,8 @@ static account walk_groove(fixture *f, const groove_path *p, double stiffness_n_
     assert_int_equal(shcd_state_init(f->scene, f->memory, shcd_state_size(f->scene), &f->state),
                      SHCD_OK);
     for (int i = 0; i <= TICKS; i++) {
-        const shcd_pose pose = {groove_at(p, (double)i / TICKS), {1.0, 0.0, 0.0, 0.0}};
-        shcd_effect_output effects[2];
-        const size_t n_effects = shcd_scene_effect_count(f->scene);
-        double stored_j = 0.0;
-        (void)shcd_ledger_move(&ledger, &pose, FIXTURE_TICK_S);
-        f->in[0].tool_in_world = pose;
-        f->in[0].velocity_m_per_s = shcd_scale(1.0 / FIXTURE_TICK_S, ledger.moved_m);
-        const shcd_input input = {.dt_s = FIXTURE_TICK_S, .tools = f->in, .n_tools = 1};
-        shcd_output output = {
-            .tools = f->out, .n_tools = 1, .effects = effects, .n_effects = n_effects};
-        assert_in_range(n_effects, 1, 2);
-        assert_int_equal(shcd_step(f->scene, f->state, &input, &output), SHCD_OK);
-        for (size_t e = 0; e < n_effects; e++) {
-            stored_j += effects[e].stored_j;
-        }
-        const shcd_ledger_input held = {.published = f->out[0].wrench,
-                                        .model = f->out[0].wrench,
-                                        .velocity_m_per_s = f->in[0].velocity_m_per_s,
-                                        .stored_j = stored_j,
-                                        .stiffness_n_per_m = stiffness_n_per_m};
-        assert_int_equal(shcd_ledger_hold(&ledger, &held), SHCD_OK);
+        const double stored_j =
+            groove_book(f, &ledger, groove_at(p, (double)i / TICKS), stiffness_n_per_m, 0.0);
         a.least_j = fmin(a.least_j, shcd_ledger_margin(&ledger));
         a.least_bare_j = fmin(a.least_bare_j, shcd_ledger_margin(&ledger) - ledger.slack_j);
         a.stored_most_j = fmax(a.stored_most_j, stored_j);
@@ -188,17 +170,6 @@ static account walk_groove(fixture *f, const groove_path *p, double stiffness_n_
     }
     a.given_j = ledger.given_j;
     return a;
-}
-
-static double touched_at(fixture *f) {
-    for (double x = 0.06; x > 0.0; x -= 1e-4) {
-        if (fixture_move(f, shcd_vec3_make(x, 0.0, 0.0), shcd_vec3_make(0.0, 0.0, 0.0))
-                ->n_contacts > 0) {
-            return x;
-        }
-    }
-    fail_msg("the ball touches nothing");
-    return 0.0;
 }
 
 static void check_law(const shcd_effect_def *effects, size_t n_effects,
@@ -213,7 +184,7 @@ static void check_law(const shcd_effect_def *effects, size_t n_effects,
         double least_j = HUGE_VAL, bare_j = HUGE_VAL, given_j = 0.0, stored_j = 0.0;
         fixture f;
         fixture_open(&f, &body, 1, &tool, 1);
-        const double touched_m = touched_at(&f);
+        const double touched_m = groove_touched_at(&f, 1e-4);
         for (size_t n = 0; n < check_scaled(60); n++) {
             const groove_path p = {.waves = path_make(model, PATH_RANDOM, shcd_vec3_make(1, 0, 0),
                                                       radii[i], 0.0, 0.0, &r),
@@ -293,7 +264,7 @@ static void test_friction_along_a_groove_is_one_spring(void **state) {
         const double along_m = 2e-5;
         fixture f;
         fixture_open(&f, &body, 1, &tool, 1);
-        const double x = touched_at(&f) - 1e-3;
+        const double x = groove_touched_at(&f, 1e-4) - 1e-3;
         const shcd_vec3 rest = {0.0, 0.0, 0.0};
         for (int i = 0; i < 1000; i++) { /* until the contact has yielded */
             (void)fixture_move(&f, shcd_vec3_make(x, 0.0, 0.0), rest);

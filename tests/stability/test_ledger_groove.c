@@ -4,9 +4,9 @@
  * The balls fit into the groove or do not, are pressed in as far as beyond their radius, and pass
  * focal points, where walls begin and end; the bodies are rigid and soft. SHCD_TEST_SCALE=100 walks
  * thousands of laps. */
-#include "shcd/energy.h"
+#include "groove_walk.h"
+
 #include "support/groove.h"
-#include "support/scene_fixture.h"
 
 #include <float.h>
 
@@ -52,7 +52,11 @@ typedef struct result {
     int n_yielding; /* ticks */
 } result;
 
-static result walk(fixture *f, const lap *l, size_t n_effects, beside what) {
+static result walk(fixture *f, const lap *l, beside what) {
+    const double stiffness = what == BESIDE_RUBBING  ? K_N_PER_M + ANCHOR_N_PER_M
+                             : what == BESIDE_RELIEF ? RELIEF_STIFFER * K_N_PER_M
+                                                     : K_N_PER_M;
+    const double drag = what == BESIDE_RUBBING ? DRAG_N_S_PER_M : 0.0;
     result r = {.least_j = HUGE_VAL};
     uint32_t before = 0;
     shcd_ledger ledger;
@@ -60,29 +64,7 @@ static result walk(fixture *f, const lap *l, size_t n_effects, beside what) {
     assert_int_equal(shcd_state_init(f->scene, f->memory, shcd_state_size(f->scene), &f->state),
                      SHCD_OK);
     for (int i = 0; i <= (LAPS + 2) * l->n_ticks; i++) {
-        const shcd_pose pose = {lap_at(l, i), {1.0, 0.0, 0.0, 0.0}};
-        shcd_effect_output effects[4];
-        double stored_j = 0.0;
-        (void)shcd_ledger_move(&ledger, &pose, FIXTURE_TICK_S);
-        f->in[0].tool_in_world = pose;
-        f->in[0].velocity_m_per_s = shcd_scale(1.0 / FIXTURE_TICK_S, ledger.moved_m);
-        const shcd_input input = {.dt_s = FIXTURE_TICK_S, .tools = f->in, .n_tools = 1};
-        shcd_output output = {
-            .tools = f->out, .n_tools = 1, .effects = effects, .n_effects = n_effects};
-        assert_int_equal(shcd_step(f->scene, f->state, &input, &output), SHCD_OK);
-        for (size_t e = 0; e < n_effects; e++) {
-            stored_j += effects[e].stored_j;
-        }
-        const shcd_ledger_input held = {
-            .published = f->out[0].wrench,
-            .model = f->out[0].wrench,
-            .velocity_m_per_s = f->in[0].velocity_m_per_s,
-            .stored_j = stored_j,
-            .stiffness_n_per_m = what == BESIDE_RUBBING  ? K_N_PER_M + ANCHOR_N_PER_M
-                                 : what == BESIDE_RELIEF ? RELIEF_STIFFER * K_N_PER_M
-                                                         : K_N_PER_M,
-            .damping_n_s_per_m = what == BESIDE_RUBBING ? DRAG_N_S_PER_M : 0.0};
-        assert_int_equal(shcd_ledger_hold(&ledger, &held), SHCD_OK);
+        (void)groove_book(f, &ledger, lap_at(l, i), stiffness, drag);
         r.least_j = fmin(r.least_j, shcd_ledger_margin(&ledger));
         r.most_n = fmax(r.most_n, shcd_norm(f->out[0].wrench.force_n));
         r.n_changes += i > 0 && f->out[0].n_contacts != before;
@@ -93,17 +75,6 @@ static result walk(fixture *f, const lap *l, size_t n_effects, beside what) {
     r.given_j = ledger.given_j;
     r.slack_j = ledger.slack_j;
     return r;
-}
-
-static double touched_at(fixture *f) {
-    for (double x = 0.06; x > 0.0; x -= 2e-5) {
-        if (fixture_move(f, shcd_vec3_make(x, 0.0, 0.0), shcd_vec3_make(0.0, 0.0, 0.0))
-                ->n_contacts > 0) {
-            return x;
-        }
-    }
-    fail_msg("the ball touches nothing");
-    return 0.0;
 }
 
 /* @param young_pa  of the membrane; 0: rigid
@@ -142,7 +113,7 @@ static void check_laps(double young_pa, beside what, size_t n_laps, double toler
         fixture f;
         fixture_open(&f, &body, 1, &tool, 1);
         const double in_m = fmin(radius_m, 0.006) * check_uniform(&random, 0.2, 1.2);
-        const lap l = {.touched_m = touched_at(&f),
+        const lap l = {.touched_m = groove_touched_at(&f, 2e-5),
                        .in_m = in_m,
                        .deep_m = in_m * check_uniform(&random, 0.1, 0.6),
                        .across_m = check_uniform(&random, 2e-4, 2.5e-3),
@@ -150,7 +121,7 @@ static void check_laps(double young_pa, beside what, size_t n_laps, double toler
                        .along_m = check_uniform(&random, 0.0, 1e-3),
                        .sense = i % 2 == 0 ? 1.0 : -1.0,
                        .n_ticks = 2000};
-        const result r = walk(&f, &l, n_effects, what);
+        const result r = walk(&f, &l, what);
         if (!(r.least_j >= -tolerance_j * check_tolerance_scale())) {
             fail_msg("lap %zu: waist %.3f, ball of %.2f mm, %.2f mm in: margin %.3g J of %.3g J "
                      "given, slack %.3g J",

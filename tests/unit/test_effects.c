@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What holds for every effect of the table: it describes itself; without it a scene is the same as
- * with it in vain, to the bit; nothing makes its force infinite; switching it makes no jump.
+/* What holds for every effect of the table: without it a scene is the same as with it in vain, to
+ * the bit; nothing makes its force infinite; switching it makes no jump.
  *
  * `wave`, `pulse` and `learned` belong to bodies whose model carries their data, and have tests of
- * their own; here they only have to describe themselves. */
+ * their own. */
 #include "support/scene_fixture.h"
 
 #define N_TOOLS 4
@@ -221,55 +221,6 @@ static void compare_along_a_walk(const shcd_effect_def *a, size_t n_a, const shc
 }
 
 /* ---- the table ------------------------------------------------------------------------------ */
-
-static void check_parameter(const shcd_parameter_info *p) {
-    assert_true(strlen(p->name) > 0);
-    assert_true(strlen(p->unit) > 0);
-    assert_true(strlen(p->description) > 0);
-    assert_true(p->min_value <= p->default_value && p->default_value <= p->max_value);
-    if (p->columns == NULL) {
-        assert_true(p->n_columns == 0 && p->n_rows_min == 0 && p->n_rows_max == 0);
-        return;
-    }
-    assert_true(p->n_columns >= 2 && p->n_rows_min >= 1 && p->n_rows_min <= p->n_rows_max);
-    for (size_t c = 0; c < p->n_columns; c++) {
-        assert_true(strlen(p->columns[c].name) > 0);
-        assert_true(strlen(p->columns[c].unit) > 0);
-        assert_true(p->columns[c].min_value < p->columns[c].max_value);
-    }
-}
-
-static void test_effect_at_describes_every_effect(void **state) {
-    size_t n = 0;
-    (void)state;
-    for (; shcd_effect_at(n) != NULL; n++) {
-        const shcd_effect_info *info = shcd_effect_at(n);
-        assert_true(strlen(info->name) > 0);
-        assert_true(strlen(info->description) > 0);
-        assert_true(strlen(info->source) > 0);
-        for (size_t k = 0; k < n; k++) {
-            assert_string_not_equal(info->name, shcd_effect_at(k)->name);
-        }
-        for (size_t i = 0; i < info->n_parameters; i++) {
-            check_parameter(&info->parameters[i]);
-            for (size_t k = 0; k < i; k++) {
-                assert_string_not_equal(info->parameters[i].name, info->parameters[k].name);
-            }
-        }
-    }
-    assert_null(shcd_effect_at(SIZE_MAX));
-}
-
-static void test_effect_at_is_in_the_order_of_application(void **state) {
-    static const char *const order[] = {"texture", "stiffness",  "learned",  "wave",     "pulse",
-                                        "damping", "relaxation", "friction", "viscosity"};
-    size_t next = 0;
-    (void)state;
-    for (size_t e = 0; shcd_effect_at(e) != NULL && next < COUNT(order); e++) {
-        next += strcmp(shcd_effect_at(e)->name, order[next]) == 0;
-    }
-    assert_int_equal(next, COUNT(order));
-}
 
 /* No effect escapes these tests by being new. */
 static void test_every_effect_of_a_contact_is_a_subject(void **state) {
@@ -496,8 +447,6 @@ static void test_switching_is_as_smooth_as_its_ramp(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_effect_at_describes_every_effect),
-        cmocka_unit_test(test_effect_at_is_in_the_order_of_application),
         cmocka_unit_test(test_every_effect_of_a_contact_is_a_subject),
         cmocka_unit_test(test_neutral_equals_absent_bit_for_bit),
         cmocka_unit_test(test_switched_off_equals_absent_bit_for_bit),
